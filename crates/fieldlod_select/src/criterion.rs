@@ -182,7 +182,7 @@ pub(crate) struct Criterion<'a, L> {
     /// The same of the view that refined groups leave, if that is another than they enter.
     leaving_corner: Option<f32>,
     /// With it, errors are those while groups move by it: the least of refined groups, and the greatest of others.
-    /// The instance has to stay within the view.
+    /// The instance has to stay inside the view or outside.
     pub(crate) drift: Option<Drift>,
 }
 
@@ -302,7 +302,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 let constant = L::splat(camera.constant_px2());
                 let bound = constant * extent.secant / (extent.depth * extent.depth);
                 let bound = bound * L::splat(1.0 + ROUNDING);
-                let on_axis = |bias: L| constant * bias * bias / (seen.distance * seen.distance);
+                let distance = seen.reached_distance();
+                let on_axis = |bias: L| constant * bias * bias / (distance * distance);
                 let bound = self.unless_outside(extent, bound, on_axis);
                 self.sampled_where_flat(constant, seen, extent, bound)
             }
@@ -320,7 +321,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
             Camera::Perspective(camera) => {
                 let focal_px = L::splat(camera.focal_px.x.max(camera.focal_px.y));
                 let bound = focal_px * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
-                self.unless_outside(extent, bound, |bias| focal_px * bias / seen.distance)
+                let distance = seen.reached_distance();
+                self.unless_outside(extent, bound, |bias| focal_px * bias / distance)
             }
             Camera::Orthographic(camera) => {
                 let scale = L::splat(camera.pixels_per_unit.x.max(camera.pixels_per_unit.y));

@@ -18,6 +18,14 @@ pub(super) struct SeenSphere<L> {
     pub(super) distance: L,
 }
 
+impl<L: Lane> SeenSphere<L> {
+    /// The distance of the center after a group has moved: the least for greatest errors, or the greatest.
+    #[inline]
+    pub(super) fn reached_distance(&self) -> L {
+        self.distance - (self.reach - self.radius)
+    }
+}
+
 /// The place of a sphere in a view; the bounds are valid if neither mask is set.
 pub(super) struct SeenExtent<L: Lane> {
     pub(super) outside: L::Mask,

@@ -215,7 +215,7 @@ impl KeepTest {
     }
 
     /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
-    /// edge meanwhile.
+    /// edge meanwhile, or if that is not known.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
         // Nothing is known of errors that have other limits than those of the field's bounds.
         if !self.is_usable || self.least_relaxation != 1.0 {
@@ -234,11 +234,22 @@ impl KeepTest {
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.sides[width].least_inside(sighted.seen);
         let is_before = self.is_orthographic || reach < sighted.seen.z;
+        let stays_inside = is_before && reach < inside_by;
+        // Outside of both views, errors count as on the axis.
+        let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
+        let reached = Sighted {
+            radius: reach,
+            ..sighted
+        };
+        let stays_outside = self.on_axis.is_some()
+            && is_apart
+            && self.is_outside(0, &reached)
+            && self.is_outside(1, &reached);
         let chord = match self.is_orthographic {
             true => motion.turn,
             false => motion.travel / (distance - reach),
         };
-        (is_before && reach < inside_by).then_some(Drift {
+        (stays_inside || stays_outside).then_some(Drift {
             distance: displacement,
             chord: chord + 1e-4,
         })

@@ -61,9 +61,9 @@ impl Pictures {
                 for index in 0..options.directions {
                     let eye = eye(&sphere, direction(index, options.directions), radius_px);
                     let reference = renderer.draw(&model, &eye, &[0])?;
-                    for level in 0..counts.len() {
+                    for (level, sum) in sums[size].iter_mut().enumerate() {
                         let picture = renderer.draw(&model, &eye, &[level as u32 + 1])?;
-                        sums[size][level] += image_error(&reference, &picture, false).rmse;
+                        *sum += image_error(&reference, &picture, false).rmse;
                     }
                 }
             }

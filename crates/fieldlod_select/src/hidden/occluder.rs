@@ -68,10 +68,6 @@ impl OccluderMesh {
         }
     }
 
-    fn triangle_count(&self) -> usize {
-        self.parts.iter().map(|part| part.triangles.len()).sum()
-    }
-
     #[cfg(test)]
     pub(crate) fn parts(&self) -> &[OccluderPart] {
         &self.parts

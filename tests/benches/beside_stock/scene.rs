@@ -156,7 +156,7 @@ fn spawn(stage: &mut Stage, case: &Case) {
             });
         }
     }
-    run_until(stage, |world| is_ready(world));
+    run_until(stage, is_ready);
 }
 
 fn is_ready(world: &mut World) -> bool {
@@ -187,7 +187,7 @@ fn show_menu(stage: &mut Stage, case: &Case) {
         // Some are props, some are drawn as units.
         let mesh = add(stage, &rock(4 + kind % 2, kind));
         let shown = stage.spawn((Mesh3d(mesh.clone()), MeshMaterial3d(stone.clone())));
-        run_until(stage, |world| is_ready(world));
+        run_until(stage, is_ready);
         (0..5).for_each(|_| stage.app.update());
         stage.app.world_mut().despawn(shown);
         if case.scene.ends_with("kept") {

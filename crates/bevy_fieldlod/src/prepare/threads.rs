@@ -3,6 +3,7 @@
 //! A bake takes seconds on all cores of its pool. Bevy compiles pipelines on its pool for long tasks, and games use
 //! rayon's global pool, so bakes have their own threads.
 
+use std::num::NonZero;
 #[cfg(feature = "bake")]
 use std::sync::{Arc, OnceLock};
 use std::thread::available_parallelism;
@@ -47,7 +48,7 @@ impl PrepareThreads {
 
 impl Threads {
     fn new(priority: LodPriority, config: &FieldLodAppConfig) -> Self {
-        let cores = available_parallelism().map_or(1, |cores| cores.get());
+        let cores = available_parallelism().map_or(1, NonZero::get);
         let count = match priority {
             LodPriority::Background => config.advanced.bake_threads.unwrap_or(cores / 2).max(1),
             LodPriority::LoadingScreen => cores,
@@ -126,7 +127,7 @@ mod tests {
         let mut threads = PrepareThreads::default();
         let background = threads.of(LodPriority::Background, &config);
         assert_eq!(background.tasks.thread_num(), 3);
-        let cores = available_parallelism().map_or(1, |cores| cores.get());
+        let cores = available_parallelism().map_or(1, NonZero::get);
         let loading_screen = threads.of(LodPriority::LoadingScreen, &config);
         assert_eq!(loading_screen.tasks.thread_num(), cores);
     }

@@ -136,6 +136,8 @@ impl SceneApp {
         while !self.has_levels() {
             assert!(Instant::now() < deadline, "levels are not ready");
             self.stage.app.update();
+            // Bakes have a low priority: frames without a pause would leave them no time.
+            std::thread::sleep(Duration::from_millis(50));
         }
         self.set_active(true);
         (0..3).for_each(|_| self.stage.app.update());

@@ -124,7 +124,11 @@ impl SceneApp {
         app
     }
 
-    fn set_active(&mut self, is_active: bool) {
+    /// Starts or stops to draw.
+    ///
+    /// # Panics
+    /// If the camera was despawned.
+    pub fn set_active(&mut self, is_active: bool) {
         let mut camera = self.stage.app.world_mut().entity_mut(self.eye.entity);
         camera.get_mut::<Camera>().expect("a camera").is_active = is_active;
     }
@@ -168,11 +172,6 @@ impl SceneApp {
         let render = self.stage.app.sub_app(RenderApp).world();
         let pipelines = render.resource::<PipelineCache>();
         pipelines.waiting_pipelines().next().is_none()
-    }
-
-    /// Starts to draw before levels are there.
-    pub fn draw_now(&mut self) {
-        self.set_active(true);
     }
 
     /// The world of the game.

@@ -18,7 +18,7 @@ use bevy::render::renderer::{
     PendingCommandBuffers, RenderDevice, RenderGraph, RenderGraphSystems,
 };
 use bevy::render::sync_world::RenderEntity;
-use bevy::render::view::RenderVisibleEntities;
+use bevy::render::view::{RenderVisibleEntities, RenderVisibleEntitiesClass};
 use bevy_fieldlod::prelude::*;
 use image::RgbaImage;
 
@@ -262,7 +262,9 @@ impl SceneApp {
         };
         let lists = render.get::<RenderVisibleEntities>(view.id());
         let lists = lists.and_then(|lists| lists.classes.get(&TypeId::of::<Mesh3d>()));
-        let listed = lists.into_iter().flat_map(|list| list.iter_visible());
+        let listed = lists
+            .into_iter()
+            .flat_map(RenderVisibleEntitiesClass::iter_visible);
         let drawn = listed.filter(|(_, main)| is_drawn(main.id()));
         let mesh = drawn.filter_map(|(_, main)| meshes.get(instances.mesh_asset_id(*main)?));
         mesh.map(|mesh| match mesh.buffer_info {

@@ -16,7 +16,7 @@ use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{PipelineCache, PollType};
 use bevy::render::renderer::RenderDevice;
 use bevy::render::sync_world::RenderEntity;
-use bevy::render::view::RenderVisibleEntities;
+use bevy::render::view::{RenderVisibleEntities, RenderVisibleEntitiesClass};
 use bevy_fieldlod::prelude::*;
 use image::RgbaImage;
 
@@ -122,7 +122,11 @@ impl SceneApp {
         app
     }
 
-    fn set_active(&mut self, is_active: bool) {
+    /// Starts or stops to draw.
+    ///
+    /// # Panics
+    /// If the camera was despawned.
+    pub fn set_active(&mut self, is_active: bool) {
         let mut camera = self.stage.app.world_mut().entity_mut(self.eye.entity);
         camera.get_mut::<Camera>().expect("a camera").is_active = is_active;
     }
@@ -134,6 +138,8 @@ impl SceneApp {
         while !self.has_levels() {
             assert!(Instant::now() < deadline, "levels are not ready");
             self.stage.app.update();
+            // Bakes have a low priority: frames without a pause would leave them no time.
+            std::thread::sleep(Duration::from_millis(50));
         }
         self.set_active(true);
         (0..3).for_each(|_| self.stage.app.update());
@@ -157,11 +163,6 @@ impl SceneApp {
         let render = self.stage.app.sub_app(RenderApp).world();
         let pipelines = render.resource::<PipelineCache>();
         pipelines.waiting_pipelines().next().is_none()
-    }
-
-    /// Starts to draw before levels are there.
-    pub fn draw_now(&mut self) {
-        self.set_active(true);
     }
 
     /// The world of the game.
@@ -252,7 +253,9 @@ impl SceneApp {
         };
         let lists = render.get::<RenderVisibleEntities>(view.id());
         let lists = lists.and_then(|lists| lists.classes.get(&TypeId::of::<Mesh3d>()));
-        let listed = lists.into_iter().flat_map(|list| list.iter_visible());
+        let listed = lists
+            .into_iter()
+            .flat_map(RenderVisibleEntitiesClass::iter_visible);
         let drawn = listed.filter(|(_, main)| is_drawn(main.id()));
         let mesh = drawn.filter_map(|(_, main)| meshes.get(instances.mesh_asset_id(*main)?));
         mesh.map(|mesh| match mesh.buffer_info {

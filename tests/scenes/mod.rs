@@ -16,6 +16,7 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use tempfile::TempDir;
 
 pub use app::{Method, SceneApp};
+pub use rocks::rocks;
 
 use levels::PropLevels;
 
@@ -135,12 +136,6 @@ impl Scene {
             "forest" => forest::forest(size.unwrap_or(100_000)),
             _ => return None,
         })
-    }
-
-    /// Rocks of so many subdivisions.
-    #[must_use]
-    pub fn rocks(count: u32, subdivisions: u32) -> Self {
-        rocks::rocks(count, subdivisions)
     }
 
     /// Triangles of all places at full detail, and of the props.

@@ -11,8 +11,9 @@ const SPACING: f32 = 5.0;
 /// Shapes of boulders.
 const SHAPES: u32 = 3;
 
-/// A square of rocks around the camera.
-pub(super) fn rocks(count: u32, subdivisions: u32) -> Scene {
+/// A square of rocks of so many subdivisions, around the camera.
+#[must_use]
+pub fn rocks(count: u32, subdivisions: u32) -> Scene {
     let side = (count as f32).sqrt().ceil() as u32;
     let places = (0..count).map(|index| {
         let cell = Vec2::new((index % side) as f32, (index / side) as f32);

@@ -97,7 +97,7 @@ fn measure(way: &str, folder: &Path, scene: &Scene, start: Instant) {
     } else if way != WAYS[0] {
         world.resource_mut::<FieldLodAppConfig>().cache_folder = Some(folder.into());
     }
-    app.draw_now();
+    app.set_active(true);
     let mut first_picture = None;
     while first_picture.is_none() || !app.has_levels() {
         app.draw();

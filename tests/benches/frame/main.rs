@@ -12,7 +12,7 @@ use std::time::Duration;
 use bevy::math::UVec2;
 use bevy_fieldlod::LodKind;
 use fieldlod_tests::frame_times::{FrameTimes, median};
-use fieldlod_tests::scenes::{Method, Scene, SceneApp};
+use fieldlod_tests::scenes::{Method, Scene, SceneApp, rocks};
 use fieldlod_tests::stage::Stage;
 
 const KINDS: [(&str, LodKind); 3] = [
@@ -44,7 +44,7 @@ fn main() {
     let size = args.iter().find_map(|arg| arg.parse().ok());
     let named = |name: &String| Scene::named(name, size);
     let scene = args.iter().find_map(named);
-    let scene = scene.unwrap_or_else(|| Scene::rocks(10_000, 4));
+    let scene = scene.unwrap_or_else(|| rocks(10_000, 4));
     let [triangles, of_props] = scene.triangles();
     println!(
         "{}: {triangles} triangles, {of_props} in its meshes",
@@ -60,7 +60,7 @@ fn main() {
 /// The measurement behind the thresholds of `FieldLodAppConfig` between the kinds of levels.
 fn compare_kinds() {
     for (count, subdivisions) in [(10_000, 2), (10_000, 3), (10_000, 5), (1_000, 6)] {
-        let scene = Scene::rocks(count, subdivisions);
+        let scene = rocks(count, subdivisions);
         println!("{count} rocks of {} triangles, a sun", scene.triangles()[1]);
         let method = |kind| Method::AutoLod {
             kind,

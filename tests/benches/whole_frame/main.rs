@@ -249,7 +249,10 @@ fn run_meshlets() -> Result<(), String> {
         .status();
     match program.map(|status| status.code()) {
         Ok(Some(0)) => Ok(()),
-        Ok(Some(2)) => Ok(println!("meshlets: this adapter cannot run them")),
+        Ok(Some(2)) => {
+            println!("meshlets: this adapter cannot run them");
+            Ok(())
+        }
         other => Err(format!("meshlets: {other:?}")),
     }
 }

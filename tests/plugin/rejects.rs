@@ -2,8 +2,6 @@
 
 use bevy::asset::RenderAssetUsages;
 use bevy::log::tracing::Level;
-use bevy::mesh::morph::MeshMorphWeights;
-use bevy::mesh::skinning::SkinnedMesh;
 use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
@@ -129,34 +127,4 @@ fn entity_events_propagate_to_parents() {
     app.world_mut().entity_mut(good).remove::<AutoLod>();
     app.update();
     assert_eq!(state(&app, good), None);
-}
-
-#[test]
-fn skinned_mesh_stays_plain() {
-    let mut app = app();
-    let camera = spawn_camera(&mut app, 10.0);
-    let object = spawn_rock(&mut app, 5);
-    insert(&mut app, object, SkinnedMesh::default());
-    assert!(!assert_plain(
-        &mut app,
-        camera,
-        object,
-        Level::INFO,
-        &["skinned"]
-    ));
-}
-
-#[test]
-fn morphed_mesh_stays_plain() {
-    let mut app = app();
-    let camera = spawn_camera(&mut app, 10.0);
-    let object = spawn_rock(&mut app, 5);
-    insert(&mut app, object, MeshMorphWeights::Reference(object));
-    assert!(!assert_plain(
-        &mut app,
-        camera,
-        object,
-        Level::INFO,
-        &["morph"]
-    ));
 }

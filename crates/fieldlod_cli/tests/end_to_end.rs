@@ -379,7 +379,7 @@ fn faulty_primitives_are_skipped_unless_the_bake_is_strict() {
     assert_eq!(strict.status.code(), Some(1));
     let said = String::from_utf8(strict.stderr).unwrap();
     assert!(
-        said.contains("primitive 2: 191 indices are not a whole number"),
+        said.contains("primitive 2: the number of indices, 191, is not a multiple of 3"),
         "{said}"
     );
     assert!(!output.exists());
@@ -387,7 +387,7 @@ fn faulty_primitives_are_skipped_unless_the_bake_is_strict() {
     assert!(bake.status.success(), "{bake:?}");
     let said = String::from_utf8(bake.stdout).unwrap();
     assert!(
-        said.contains("primitive 2: 191 indices are not a whole number"),
+        said.contains("primitive 2: the number of indices, 191, is not a multiple of 3"),
         "{said}"
     );
     let verify = fieldlod(&["verify", text(&input), text(&output)]);

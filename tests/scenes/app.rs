@@ -104,6 +104,7 @@ impl SceneApp {
         stage
             .app
             .add_plugins(wind_plugin)
+            .init_resource::<Traffic>()
             .add_systems(Update, drive);
         stage.finish();
         // The wind stands still, so that pictures can be compared.
@@ -211,13 +212,17 @@ impl SceneApp {
 
     /// A picture after each of these metres.
     pub fn pictures(&mut self, metres: &[f32]) -> Vec<RgbaImage> {
-        let picture = |&metres: &f32| {
-            self.go_to(metres);
-            self.draw();
-            let [picture] = self.stage.shoot([&self.eye]);
-            picture
-        };
-        metres.iter().map(picture).collect()
+        self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
+        let pictures = metres.iter().map(|&metres| self.picture(metres)).collect();
+        self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
+        pictures
+    }
+
+    fn picture(&mut self, metres: f32) -> RgbaImage {
+        self.go_to(metres);
+        self.draw();
+        let [picture] = self.stage.shoot([&self.eye]);
+        picture
     }
 
     /// Triangles that the camera draws: of all meshes in its lists, in its frustum and in their ranges. Shadows are not
@@ -306,11 +311,18 @@ fn spawn_sun(world: &mut World, has_shadows: bool) {
     ));
 }
 
+/// How long all cars have been driving. They stand in pictures, so that pictures can be compared.
+#[derive(Resource, Default)]
+struct Traffic {
+    frame: u32,
+    stands: bool,
+}
+
 /// Moves all cars by a frame of a sixtieth of a second at 10 m/s.
-fn drive(mut frame: Local<u32>, mut cars: Query<(&Drives, &mut Transform)>) {
-    *frame += 1;
+fn drive(mut traffic: ResMut<Traffic>, mut cars: Query<(&Drives, &mut Transform)>) {
+    traffic.frame = if traffic.stands { 0 } else { traffic.frame + 1 };
     for (car, mut at) in &mut cars {
-        let share = *frame as f32 / 6.0 / car.way.length();
+        let share = traffic.frame as f32 / 6.0 / car.way.length();
         at.translation = car.from + car.way * share.fract();
     }
 }

@@ -15,7 +15,6 @@ mod source_arrays;
 mod tests;
 mod threads;
 pub(crate) mod track;
-mod unused;
 
 use bevy::prelude::*;
 
@@ -63,7 +62,7 @@ pub(crate) fn plugin(app: &mut App) {
                 (
                     objects::give_levels_to_objects.run_if(any_waiting),
                     objects::update_progress,
-                    unused::drop_unused_levels,
+                    restart::drop_unused_levels,
                 )
                     .chain()
                     .in_set(Give),

@@ -1,5 +1,5 @@
 //! Restarts entities with stale levels: a program has changed their mesh, their file was reloaded, or the GPU has lost
-//! the meshes of their levels.
+//! the meshes of their levels. Drops levels that are unused.
 
 use bevy::asset::AssetId;
 use bevy::ecs::system::SystemParam;
@@ -12,6 +12,10 @@ use crate::assets::baked_lods::BakedLods;
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
+
+/// Frames between two checks: ten seconds at 60 frames per second. Levels that are unused at two checks in a row are
+/// dropped. With a shorter time, enemies that come in waves load their levels for each wave.
+const CHECKED_EVERY: u32 = 600;
 
 /// Restarts entities before they are tracked.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -116,4 +120,28 @@ fn restart_lost_levels(mut restart: Restart, uploads: Res<UploadQueue>) {
         let lost = restart.known.meshes_with_levels();
         restart.restart(lost);
     }
+}
+
+/// Drops levels that no entity has used for a while, such as those of a menu that was closed while the game keeps the
+/// handles of its meshes.
+///
+/// Only levels that a cache or a file has are dropped: an entity that needs them again loads them.
+pub(super) fn drop_unused_levels(
+    mut known: ResMut<LodMeshes>,
+    mut scene: ResMut<LodScene>,
+    mut frame: Local<u32>,
+    mut last_unused: Local<HashSet<AssetId<Mesh>>>,
+) {
+    *frame = (*frame + 1) % CHECKED_EVERY;
+    if *frame != 0 {
+        return;
+    }
+    let mut unused = known.unused();
+    for mesh in unused.extract_if(|mesh| last_unused.contains(mesh)) {
+        known
+            .forget(mesh)
+            .into_iter()
+            .for_each(|lod| scene.retire(lod));
+    }
+    *last_unused = unused;
 }

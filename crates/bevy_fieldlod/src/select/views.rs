@@ -152,10 +152,10 @@ fn prepare_view(
         let view = view.with_layers(layers).with_shadow_lights(&lit.lights);
         (view, settings.to_lod_settings(lit.layers != 0))
     });
-    if let Some((_, settings)) = &cut.wanted {
-        if settings.displacement_px.is_some() {
-            warn_of_unmeasured_meshes(scene);
-        }
+    if let Some((_, settings)) = &cut.wanted
+        && settings.displacement_px.is_some()
+    {
+        warn_of_unmeasured_meshes(scene);
     }
 }
 

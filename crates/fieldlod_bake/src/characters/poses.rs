@@ -123,7 +123,7 @@ impl Training {
     }
 }
 
-/// Poses at keyframes of clips, at most [`MOST_OF_CLIP`] of each. Empty if no clip moves the character.
+/// Poses at keyframes of clips, at most 64 of each. Empty if no clip moves the character.
 #[must_use]
 pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) -> Vec<Pose> {
     let rig = Rig::of(character, import);

@@ -163,13 +163,13 @@ fn stalled_reader_blocks_no_frame() {
     move_camera(&mut app, camera, 2.5);
     run_until(&mut app, "it is said", |app| {
         assert_no_hole(app, camera);
-        logged_times(Level::WARN, &[file, "has not been read"]) > 0
+        logged_times(Level::WARN, &[file, "could not read page"]) > 0
     });
     assert!(begun.elapsed().as_secs() < 20, "frames wait for the reader");
     for _ in 0..50 {
         app.update();
     }
-    assert_eq!(logged_times(Level::WARN, &[file, "has not been read"]), 1);
+    assert_eq!(logged_times(Level::WARN, &[file, "could not read page"]), 1);
     assert!(memory(&app).missing_pages > 0);
     shelf.stall(false);
     run_until_sharp(&mut app);

@@ -1,6 +1,7 @@
 //! A Bevy app without a window that draws to images.
 
 use std::io::Write;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -36,6 +37,17 @@ pub struct Stage {
     pub app: App,
 }
 
+/// Bevy's plugins without a window. Pipelines are compiled before they are first used.
+#[must_use]
+pub fn plugins() -> PluginGroupBuilder {
+    windowless()
+        .disable::<PipelinedRenderingPlugin>()
+        .set(RenderPlugin {
+            synchronous_pipeline_compilation: true,
+            ..default()
+        })
+}
+
 impl Stage {
     /// An empty scene; `None`, said loudly, without an adapter.
     pub fn new() -> Option<Self> {
@@ -66,15 +78,19 @@ impl Stage {
         Some(stage)
     }
 
+    /// As [`Stage::unfinished`], with the assets of a folder.
+    pub fn unfinished_in(folder: &Path) -> Option<Self> {
+        let mut stage = Self::stock_with(plugins().set(AssetPlugin {
+            file_path: folder.display().to_string(),
+            ..default()
+        }))?;
+        stage.app.add_plugins(FieldLodPlugin);
+        Some(stage)
+    }
+
     /// As [`Stage::unfinished`], without the plugin.
     pub fn stock() -> Option<Self> {
-        let plugins = windowless()
-            .disable::<PipelinedRenderingPlugin>()
-            .set(RenderPlugin {
-                synchronous_pipeline_compilation: true,
-                ..default()
-            });
-        Self::stock_with(plugins)
+        Self::stock_with(plugins())
     }
 
     /// As [`Stage::stock`], of other plugins of Bevy.

@@ -85,9 +85,10 @@ fn largest_mesh_on_screen_is_prepared_first() {
     let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.advanced.bake_threads = Some(1);
     spawn_camera(&mut app, 3.0);
-    let rocks: Vec<Entity> = [40.0, 20.0, 0.0, 10.0, 30.0]
-        .map(|away| {
-            let rock = spawn_rock(&mut app, 4);
+    // Different meshes: equal ones would share a bake.
+    let rocks: Vec<Entity> = [(1, 40.0), (2, 20.0), (3, 0.0), (4, 10.0), (5, 30.0)]
+        .map(|(seed, away)| {
+            let rock = spawn_object(&mut app, rock(4, seed));
             insert(&mut app, rock, Transform::from_xyz(0.0, 0.0, -away));
             rock
         })

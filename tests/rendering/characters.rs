@@ -6,11 +6,9 @@ use bevy::core_pipeline::prepass::MotionVectorPrepass;
 use bevy::mesh::morph::MorphWeights;
 use bevy::mesh::skinning::SkinnedMesh;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
-use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy_fieldlod::AdvancedAppConfig;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::{drawn_level, windowless};
+use fieldlod_tests::apps::drawn_level;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
@@ -31,18 +29,7 @@ struct Show {
 impl Show {
     fn new(mut file: GltfFile, gpu_culling: bool) -> Option<Self> {
         file.glb();
-        let plugins = windowless()
-            .disable::<PipelinedRenderingPlugin>()
-            .set(RenderPlugin {
-                synchronous_pipeline_compilation: true,
-                ..default()
-            })
-            .set(AssetPlugin {
-                file_path: file.folder().display().to_string(),
-                ..default()
-            });
-        let mut stage = Stage::stock_with(plugins)?;
-        stage.app.add_plugins(FieldLodPlugin);
+        let mut stage = Stage::unfinished_in(file.folder())?;
         stage.app.insert_resource(FieldLodAppConfig {
             advanced: AdvancedAppConfig {
                 gpu_culling,

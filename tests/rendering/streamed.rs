@@ -6,13 +6,11 @@ use std::time::{Duration, Instant};
 use bevy::light::GlobalAmbientLight;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
-use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_asset::RenderAssets;
-use bevy::render::{RenderApp, RenderPlugin, RenderStartup};
+use bevy::render::{RenderApp, RenderStartup};
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{BakeConfig, bake_mesh};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, PageOptions, PagedFile};
-use fieldlod_tests::apps::windowless;
 use fieldlod_tests::stage::{Eye, Stage};
 
 use crate::picture::{count_beyond, enclosed};
@@ -36,18 +34,7 @@ fn write_rock(folder: &Path) {
 
 /// A stage on which a file of `folder` is drawn.
 fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Stage, Eye)> {
-    let plugins = windowless()
-        .disable::<PipelinedRenderingPlugin>()
-        .set(RenderPlugin {
-            synchronous_pipeline_compilation: true,
-            ..default()
-        })
-        .set(AssetPlugin {
-            file_path: folder.display().to_string(),
-            ..default()
-        });
-    let mut stage = Stage::stock_with(plugins)?;
-    stage.app.add_plugins(FieldLodPlugin);
+    let mut stage = Stage::unfinished_in(folder)?;
     stage.app.insert_resource(FieldLodAppConfig {
         memory,
         ..default()

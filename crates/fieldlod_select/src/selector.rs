@@ -99,8 +99,8 @@ impl Selector {
     /// which would need a sort of all instances in the first frame: sort by [`Change::instance`] if you need it. If an
     /// index has passed from one instance to another, the units that left the first come before those that entered
     /// the second. With a triangle budget, or where other groups
-    /// [are at hand](Scene::set_available) than before, an instance may come twice: apply the changes one
-    /// after the other.
+    /// [are available](Scene::set_available) than in the last selection, an instance may come more than once: apply
+    /// the changes one after the other.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.cuts.changes.iter()
     }
@@ -117,7 +117,8 @@ impl Selector {
         self.cuts.statistics
     }
 
-    /// The [threshold](LodSettings::threshold_px) in use; with a triangle budget, the one that meets it. `None` before the first selection.
+    /// The [threshold](LodSettings::threshold_px) in use; with a triangle budget, the one that meets it. `None` before
+    /// the first selection.
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())

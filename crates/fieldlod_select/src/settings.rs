@@ -192,6 +192,8 @@ impl LodSettings {
     /// that one comparison does for both.
     pub(crate) fn error_weights(&self) -> ErrorWeights {
         let displacement_weight = match (self.error_px, self.displacement_px) {
+            // Also if a search for a budget makes both infinite.
+            (Some(error_px), Some(displacement_px)) if error_px == displacement_px => Some(1.0),
             (Some(error_px), Some(displacement_px)) => Some(error_px / displacement_px),
             (None, Some(_)) => Some(1.0),
             (_, None) => None,

@@ -492,6 +492,14 @@ fn a_budget_that_is_out_of_reach_costs_little() {
         searches += usize::from(selector.statistics().budget_tries > 0);
     }
     assert!(searches <= 4, "{searches}");
+    assert_eq!(selector.threshold_px(), Some(f32::INFINITY));
+    // Within reach, it is used again.
+    let settings = LodSettings::with_triangle_budget(200_000);
+    let view = step_of_walk(60);
+    for _ in 0..3 {
+        selector.select(&scene, &view, &settings);
+    }
+    assert_kept(&scene, &view, &selector, 200_000);
     // One object, whose groups are large steps.
     let mut scene = Scene::default();
     let mesh = scene.add_mesh(&hierarchies()[0]);

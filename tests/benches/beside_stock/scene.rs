@@ -6,13 +6,12 @@ use std::time::{Duration, Instant};
 use bevy::camera::primitives::Aabb;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap};
 use bevy::prelude::*;
+use bevy::render::RenderApp;
 use bevy::render::mesh::allocator::MeshAllocator;
-use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
-use bevy::render::{RenderApp, RenderPlugin};
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::{bevy_mesh, windowless};
-use fieldlod_tests::stage::{Eye, Stage};
+use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::stage::{Eye, Stage, plugins};
 use fieldlod_tests::{height_field, rock};
 
 use crate::{Case, pictures, process};
@@ -103,17 +102,11 @@ fn add_eye_and_sun(stage: &mut Stage) -> Eye {
 }
 
 fn new_stage(case: &Case) -> Stage {
-    let plugins = windowless()
-        .disable::<PipelinedRenderingPlugin>()
-        .set(RenderPlugin {
-            synchronous_pipeline_compilation: true,
-            ..default()
-        })
-        .set(AssetPlugin {
-            file_path: "/".into(),
-            unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
-            ..default()
-        });
+    let plugins = plugins().set(AssetPlugin {
+        file_path: "/".into(),
+        unapproved_path_mode: bevy::asset::UnapprovedPathMode::Allow,
+        ..default()
+    });
     let mut app = App::new();
     app.add_plugins(plugins);
     if case.has_plugin {

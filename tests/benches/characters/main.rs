@@ -7,16 +7,14 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
-use bevy::render::RenderPlugin;
-use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::PollType;
 use bevy::render::renderer::RenderDevice;
 use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::{finish, spawn_camera, windowless};
+use fieldlod_tests::apps::{finish, spawn_camera};
 use fieldlod_tests::frame_times::{FrameTimes, drop_commands, median};
+use fieldlod_tests::stage;
 
 /// Rounds in which each crowd runs some timed frames, in turn.
 const ROUNDS: usize = 8;
@@ -62,7 +60,7 @@ impl Crowd {
     fn new(order: &Order<'_>, has_levels: bool, with_adapter: bool) -> Self {
         let folder = order.file.parent().expect("a file in a folder");
         let folder = folder.canonicalize().expect("a folder");
-        let plugins = plugins().set(AssetPlugin {
+        let plugins = stage::plugins().set(AssetPlugin {
             file_path: folder.display().to_string(),
             ..default()
         });
@@ -138,15 +136,6 @@ impl Crowd {
         done.expect("the graphics device is not lost");
         (start.elapsed(), parts)
     }
-}
-
-fn plugins() -> PluginGroupBuilder {
-    windowless()
-        .disable::<PipelinedRenderingPlugin>()
-        .set(RenderPlugin {
-            synchronous_pipeline_compilation: true,
-            ..default()
-        })
 }
 
 #[derive(Resource)]

@@ -106,7 +106,7 @@ pub enum LodError {
     /// The mesh consists of points, lines or strips.
     #[error("its topology is {0:?}, not a triangle list")]
     Topology(PrimitiveTopology),
-    /// The mesh is skinned or has morph targets, and only its glTF file tells how it moves.
+    /// The mesh is skinned or has morph targets, and has no glTF file or differs from it.
     #[error("it is skinned or has morph targets, and differs from its glTF file or has none")]
     Rigged,
     /// There are no positions, or they are not three floats each.

@@ -194,8 +194,8 @@ fn draw_other_meshes(
     }
 }
 
-/// Updates the places of morph targets again, after changed meshes were collected. Bevy does so before, and would draw
-/// a mesh with the morph targets of the last one for a frame.
+/// Updates the morph descriptors after changed meshes were collected. Bevy updates them earlier. Without this, a mesh is
+/// drawn with the morph targets of its last level for one frame.
 fn update_morph_descriptors(
     indices: ResMut<MorphIndices>,
     uniforms: ResMut<MorphUniforms>,

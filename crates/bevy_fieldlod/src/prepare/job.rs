@@ -95,7 +95,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         rig,
         table: GroupTable::new(&hierarchy),
         pieces: pieces_of(&job, &hierarchy, kind)?,
-        units: (kind == LodKind::Clusters).then(|| UnitMeshes::new(hierarchy)),
+        units: (kind == LodKind::Clusters && !job.all_units).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
         uv_per_area,
@@ -127,7 +127,11 @@ async fn find_hierarchy(
             LevelSource::BakeRigged(bake) => return bake.run(&mesh),
         }
     }
-    Err(LodError::BakeDisabled)
+    Err(if is_rigged(&job.mesh) {
+        LodError::Rigged
+    } else {
+        LodError::BakeDisabled
+    })
 }
 
 /// The hierarchy of a mesh in a file beside its asset. The file must also fit the meshes that a bake would include.

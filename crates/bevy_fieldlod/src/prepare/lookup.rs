@@ -152,11 +152,17 @@ impl LodMeshes {
     }
 
     /// The meshes whose levels no entity has and a cache or a file has.
+    ///
+    /// None while meshes are prepared: entities may wait for levels that are ready, together with others.
     pub(super) fn unused(&self) -> HashSet<AssetId<Mesh>> {
+        if self.in_preparation.meshes > 0 {
+            return HashSet::default();
+        }
+        let has_no_user = |lod: &Arc<LodMesh>| lod.is_uploaded() && Arc::strong_count(lod) == 1;
         let is_unused = |mesh: &AssetId<Mesh>| {
             let mut levels = self.ready(*mesh).peekable();
             levels.peek().is_some()
-                && levels.all(|lod| lod.is_stored && Arc::strong_count(lod) == 1)
+                && levels.all(|lod| lod.is_stored && has_no_user(lod))
                 && !self.providers.contains_key(mesh)
         };
         self.entries.keys().copied().filter(is_unused).collect()
@@ -173,8 +179,10 @@ impl LodMeshes {
         #[cfg(feature = "bake")]
         {
             self.together.forget(mesh);
-            // Its file may have changed.
-            self.rigged_files.clear();
+            // The glTF file of the mesh may have changed.
+            if self.rigged.contains_key(&mesh) {
+                self.rigged_files.clear();
+            }
         }
         let is_known = self.entries.contains_key(&mesh);
         self.changing.note(mesh, is_known, assets);
@@ -329,6 +337,11 @@ impl LodMeshLookup<'_> {
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
         let kind = if is_rigged(source) {
+            // Also of primitives that cannot start yet: the others of their file wait for them.
+            if let Some(path) = self.assets.get_path(mesh) {
+                let file = path.without_label().into_owned();
+                self.known.rigged.insert(mesh, file);
+            }
             kind_of_rigged(request.kind)
         } else {
             self.config.kind_for(request.kind, triangles)
@@ -390,10 +403,6 @@ impl LodMeshLookup<'_> {
     ) -> Result<Result<Vec<LevelSource>, LodError>, NotYet> {
         let path = self.assets.get_path(mesh).map(AssetPath::into_owned);
         let is_rigged = self.meshes.get(mesh).is_some_and(is_rigged);
-        let file = path.clone().filter(|_| is_rigged);
-        if let Some(file) = file.map(|path| path.without_label().into_owned()) {
-            self.known.rigged.insert(mesh, file);
-        }
         if let Some(file) = &request.baked {
             let file = self.file(mesh, file)?;
             return Ok(file.map(|file| vec![file]));

@@ -64,11 +64,13 @@ type Placed = (Entity, Ref<'static, GlobalTransform>, Option<&'static Aabb>);
 impl StartOrder<'_, '_> {
     /// The waiting entities, the largest on a screen first.
     fn entities(&self) -> Vec<Entity> {
-        // The global transform of a new entity is not known in its first frame.
-        let is_placed = |place: &Ref<GlobalTransform>| !place.is_added() || self.cameras.is_empty();
-        let placed = self.waiting.iter().filter(|(_, place, _)| is_placed(place));
-        let mut sizes: Vec<(f32, Entity)> = placed
-            .map(|(entity, place, aabb)| (self.size(&place, aabb), entity))
+        let waiting = self.waiting.iter();
+        let mut sizes: Vec<(f32, Entity)> = waiting
+            .map(|(entity, place, aabb)| match place.is_added() {
+                // The global transform of a new entity is not known in its first frame.
+                true => (0.0, entity),
+                false => (self.size(&place, aabb), entity),
+            })
             .collect();
         sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         sizes.into_iter().map(|(_, entity)| entity).collect()

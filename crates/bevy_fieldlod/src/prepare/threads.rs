@@ -40,9 +40,14 @@ impl PrepareThreads {
         threads.get_or_insert_with(|| Threads::new(priority, config))
     }
 
-    /// Ends the threads of loading screens. No task may be running.
+    /// Ends the threads of loading screens.
     pub(super) fn end_loading_screen(&mut self) {
-        self.loading_screen = None;
+        let threads = self.loading_screen.take();
+        // The drop waits for the threads, and a cancelled bake may run for seconds.
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(threads) = threads {
+            std::thread::spawn(move || drop(threads));
+        }
     }
 }
 

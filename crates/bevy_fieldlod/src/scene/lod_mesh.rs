@@ -45,7 +45,8 @@ pub(crate) struct LodMesh {
 /// The mesh that draws one unit.
 #[derive(Debug)]
 pub(crate) struct LodPiece {
-    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units.
+    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units whose
+    /// meshes are made when views draw them.
     pub(crate) mesh: Option<Handle<Mesh>>,
     /// The box around it in local space, once it is known.
     pub(crate) aabb: OnceLock<Aabb>,
@@ -70,7 +71,7 @@ impl LodMesh {
         piece.mesh.as_ref().map(Handle::id)
     }
 
-    /// The mesh of a unit; `None` while it is not on the GPU.
+    /// The mesh of a unit; `None` if it is not made, or not resident.
     pub(crate) fn mesh_of_unit(&self, unit: u32) -> Option<Handle<Mesh>> {
         let permanent = self.pieces[unit as usize].mesh.clone();
         permanent.or_else(|| self.transient().get(&unit).cloned())

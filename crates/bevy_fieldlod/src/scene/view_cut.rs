@@ -43,7 +43,7 @@ pub(crate) enum ViewState {
 }
 
 /// A bit for each draw record. For a unit it tells whether the unit is in the cut of the view. For a whole mesh it
-/// tells whether the view culls the mesh as too small.
+/// tells whether the view leaves the mesh out, because of its layers.
 #[derive(Default)]
 pub(crate) struct CutVisibility {
     is_visible: Vec<bool>,

@@ -85,11 +85,13 @@ fn place_instances(
     in_ranges: Query<Entity, (With<LodObject>, With<VisibilityRange>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
     mut removed_ranges: RemovedComponents<VisibilityRange>,
+    mut removed_skins: RemovedComponents<SkinnedMesh>,
     drawn_layers: DrawnLayers,
 ) {
     let mut placed = moved.entities();
     placed.append(&mut scene.new_objects);
     placed.extend(skins.moved());
+    placed.extend(removed_skins.read());
     for object in objects.iter_many(placed) {
         let (entity, transform, lod, ..) = object;
         let world_from_local = skins.world_from_local(entity);

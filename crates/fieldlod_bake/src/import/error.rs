@@ -5,7 +5,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::meshopt_views::PackedViewFault;
-use super::rig::RigFault;
+use super::rig_fault::RigFault;
 use crate::mesh::MeshError;
 
 /// Which primitive of a file it is.

@@ -29,6 +29,7 @@ mod material;
 mod meshopt_views;
 mod primitive;
 pub(crate) mod rig;
+mod rig_fault;
 mod unpack;
 
 use std::collections::{BTreeSet, HashMap};
@@ -39,7 +40,8 @@ pub use error::{
 };
 pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
-pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, RigFault, Skin};
+pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, Skin};
+pub use rig_fault::RigFault;
 pub use unpack::unpack_gltf;
 
 use crate::mesh::SourceMesh;

@@ -97,7 +97,7 @@ impl BudgetSearch {
         if is_kept && (is_used_up || used_px <= finest_px || is_last) {
             return used_px;
         }
-        // The hysteresis at the edges of the view may make a threshold exceed the budget that kept to it before.
+        // With hysteresis at the edges of the view, a threshold that kept to the budget may exceed it in the next try.
         let beyond = |other: &f32| {
             if is_kept {
                 *other < used_px
@@ -115,6 +115,8 @@ impl BudgetSearch {
         match (self.exceeds, self.keeps) {
             (_, Some(keeps)) if is_last => keeps,
             (_, None) if is_last => f32::INFINITY,
+            // No step leads back from infinity.
+            (None, Some(f32::INFINITY)) => finest_px.max(LEAST_PX),
             (None, Some(keeps)) => (keeps / step).max(finest_px),
             (Some(exceeds), Some(keeps)) if keeps < exceeds * (1.0 + LEAST_STEP) => keeps,
             (Some(exceeds), Some(keeps)) if keeps < f32::INFINITY => (exceeds * keeps).sqrt(),

@@ -25,12 +25,12 @@ impl LodScene {
         let Some(instance) = instance.filter(|instance| instance.id == change.instance) else {
             return;
         };
-        // The cut of a whole mesh is one unit, its level, or empty if the view culls it.
+        // The cut of a whole mesh is one unit, its level, or empty on layers that the view does not draw.
         if instance.level.is_some() {
             self.whole_meshes_to_swap.push(index as u32);
-            let is_culled = change.entered.is_empty();
-            if view.contains(instance.record) != is_culled {
-                view.set(instance.record, is_culled);
+            let is_hidden = change.entered.is_empty();
+            if view.contains(instance.record) != is_hidden {
+                view.set(instance.record, is_hidden);
             }
             return;
         }

@@ -1,10 +1,8 @@
 //! Skins, morph targets and animations: what moves the vertices of a primitive.
 
 pub(super) mod clips;
-mod fault;
 
 pub use clips::{Channel, Clip, Interpolation, Property};
-pub use fault::RigFault;
 
 use glam::{Mat4, Quat, Vec3};
 use gltf::accessor::{DataType, Dimensions};
@@ -13,6 +11,7 @@ use gltf::{Accessor, Document, Primitive, Semantic};
 use super::accessor::{read_numbers, read_vectors};
 use super::buffers::Buffers;
 use super::error::PrimitiveFault;
+use super::rig_fault::RigFault;
 
 /// Most joints of a skin that Bevy draws.
 const MOST_JOINTS: usize = 256;

@@ -5,8 +5,9 @@ mod common;
 use common::character::{LENGTH, character, character_of, influence};
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, Character, Import, PrimitiveFault, RigFault, SkipReason, bake_import, bake_rigged,
-    clip_poses, distances, import_gltf_bytes,
+    BakeConfig, Character, Import, PrimitiveFault, RigFault, RiggedVerified, SkipReason,
+    VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, distances,
+    import_gltf_bytes, verify_rigged,
 };
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use glam::Vec3;
@@ -167,6 +168,52 @@ fn spheres_hold_the_character_in_clips_and_targets() {
         }
     }
     assert!(sphere.contains(Vec3::new(0.2 * LENGTH, LENGTH, 0.0)));
+}
+
+/// Changes the first part of a baked character, and returns what verification finds.
+fn verified_after(change: impl FnOnce(&mut Hierarchy)) -> Result<RiggedVerified, VerifyError> {
+    let import = import(&mut character(1.0));
+    let mut baked = bake(&import);
+    change(&mut baked[0]);
+    let baked: Vec<Option<Hierarchy>> = baked.into_iter().map(Some).collect();
+    let mut verified = verify_rigged(&import, &baked, &VerifySettings::default());
+    verified.swap_remove(0).1
+}
+
+#[test]
+fn verify_finds_changed_levels() {
+    let share = verified_after(|_| ()).unwrap().share;
+    assert!(share > 0.0 && share <= 1.0, "{share}");
+    let differs = |change: fn(&mut Hierarchy)| {
+        assert_eq!(verified_after(change), Err(VerifyError::PartsDiffer));
+    };
+    differs(|part| part.carrier_joint = Some(2));
+    differs(|part| part.carrier_joint = None);
+    differs(|part| part.groups[0].deviation_in_local *= 0.5);
+    let empty = verified_after(|part| {
+        let source = part.source;
+        *part = Hierarchy::default();
+        part.source = source;
+    });
+    assert!(empty.is_err());
+}
+
+#[test]
+fn verify_finds_understated_deviations() {
+    let import = import(&mut character(1.0));
+    let mut baked = bake(&import);
+    for part in &mut baked {
+        for group in &mut part.groups {
+            group.deviation_in_local *= 0.5;
+        }
+    }
+    let baked: Vec<Option<Hierarchy>> = baked.into_iter().map(Some).collect();
+    for (_, verified) in verify_rigged(&import, &baked, &VerifySettings::default()) {
+        assert!(
+            matches!(verified, Err(VerifyError::SourceTooFar { .. })),
+            "{verified:?}"
+        );
+    }
 }
 
 /// The scale of inverse bind matrices is no scale of the mesh.

@@ -24,7 +24,8 @@ pub(crate) struct Arguments {
     source: PathBuf,
     /// The .fieldlod file.
     file: PathBuf,
-    /// Other glTF files with animations of skinned meshes, for nodes with the same names.
+    /// Other glTF files with animations of skinned meshes, for nodes with the same names. Pass those of the bake: in other
+    /// poses, levels may deviate more than the file states.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     clips: Vec<PathBuf>,
     /// Print a JSON object instead of text.

@@ -1,7 +1,6 @@
 //! The levels of a character.
 
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::character::{Character, Part};
@@ -165,11 +164,7 @@ impl Level {
 
 /// A sphere around the character in all poses.
 fn bounds(character: &Character<'_>, poses: &[Pose]) -> Sphere {
-    let places: Vec<Vec3> = poses
-        .iter()
-        .flat_map(|pose| pose.positions(character))
-        .collect();
-    Sphere::around(places.iter().copied())
+    Sphere::around(poses.iter().flat_map(|pose| pose.positions(character)))
 }
 
 /// The levels of a part, with its own indices. A part that vanishes keeps its last level.

@@ -23,6 +23,7 @@ use crate::report::BakeReport;
 pub use character::{Character, Part};
 pub use deviation::{Distances, distances};
 pub use poses::{Pose, clip_poses};
+#[cfg(any(test, feature = "test-support"))]
 pub use simplify::plain_levels;
 pub use verify::{RiggedVerified, verify_rigged};
 

@@ -60,6 +60,7 @@ impl Pose {
     }
 
     /// The normals of all vertices, if the source has normals. Scaled joints and morph targets do not change them.
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn normals(&self, character: &Character<'_>) -> Vec<Vec3> {
         let mut normals = character.mesh.normals.clone();
@@ -79,8 +80,10 @@ impl Pose {
         normals
     }
 
-    fn is_finite(&self) -> bool {
-        self.joints.iter().all(Affine3A::is_finite)
+    /// Whether all vertices have coordinates that a mesh may have.
+    fn is_usable(&self, character: &Character<'_>) -> bool {
+        let is_near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE;
+        self.positions(character).iter().all(is_near)
     }
 }
 
@@ -110,11 +113,9 @@ impl Training {
         };
         let mut poses = farthest(character, first, varied);
         poses.extend(target_poses(character));
-        let is_near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE;
-        let is_usable = |pose: &Pose| pose.positions(character).iter().all(is_near);
-        poses.retain(is_usable);
+        poses.retain(|pose| pose.is_usable(character));
         let chosen = poses.len().min(MOST_MADE_FOR);
-        poses.extend(bent.into_iter().filter(is_usable));
+        poses.extend(bent);
         Self { poses, chosen }
     }
 
@@ -262,7 +263,7 @@ impl<'a> Rig<'a> {
         self.order.contains(&node) || meshes.any(|own| Some(own) == mesh)
     }
 
-    /// The pose in which some properties of nodes differ from the rest pose. `None` if it is degenerate.
+    /// The pose in which some properties of nodes differ from the rest pose. `None` if it is degenerate or too far away.
     fn pose(&self, values: &[(u32, Property, Vec<f32>)]) -> Option<Pose> {
         let mut nodes: Vec<Node> = self.nodes.to_vec();
         for (node, property, value) in values {
@@ -281,7 +282,7 @@ impl<'a> Rig<'a> {
             joints: self.joints_of(&nodes)?,
             weights: self.weights_of(&nodes),
         };
-        pose.is_finite().then_some(pose)
+        pose.is_usable(self.character).then_some(pose)
     }
 
     fn joints_of(&self, nodes: &[Node]) -> Option<Vec<Affine3A>> {

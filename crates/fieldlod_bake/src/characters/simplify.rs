@@ -178,6 +178,7 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
 /// The levels of a character as other tools make them: each primitive by itself, in the bind pose, with normals and regular
 /// triangles. Collapses across seams are allowed, or most characters would stop at a quarter of their triangles. Level `k` is
 /// simplified to `ratio` to the power of `k`.
+#[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {
     let positions: Vec<[f32; 3]> = character

@@ -30,7 +30,7 @@ impl RiggedVerified {
 }
 
 /// Checks the hierarchies of all primitives that have a skin or morph targets: every invariant, and deviations in poses of
-/// the clips, of bent joints if there are no clips, and of morph targets.
+/// the clips, of bent joints if the clips have few keyframes, and of morph targets.
 ///
 /// `baked` has a hierarchy for each primitive of the import. Others are ignored. The result is in the order of the import.
 #[must_use]
@@ -72,8 +72,10 @@ fn verify_character(
         if hierarchy.source != part.source_hash() {
             return Err(VerifyError::OtherSource);
         }
-        let is_alike = hierarchy.units.len() == hierarchy.groups.len()
-            && hierarchy.carrier_joint == first.carrier_joint
+        let is_alike = !hierarchy.units.is_empty()
+            && hierarchy.units.len() == hierarchy.groups.len()
+            && hierarchy.vertices.positions.len() == part.vertices.len()
+            && hierarchy.carrier_joint == character.carrier_joint
             && hierarchy.groups.len() == first.groups.len()
             && stated(hierarchy).eq(stated(first));
         if !is_alike {
@@ -138,17 +140,20 @@ impl RiggedVerified {
 }
 
 /// Bounds and lengths of all groups, as bits.
-fn stated(hierarchy: &Hierarchy) -> impl Iterator<Item = [u32; 6]> + '_ {
+fn stated(hierarchy: &Hierarchy) -> impl Iterator<Item = [u32; 7]> + '_ {
     let groups = hierarchy.groups.iter();
     groups.map(|group| {
         let [x, y, z] = group.bounds.center.to_array();
-        let lengths = [
+        [
+            x,
+            y,
+            z,
             group.bounds.radius,
             group.error_in_local,
+            group.whole_mesh_error_in_local,
             group.deviation_in_local,
-        ];
-        let [radius, error, deviation] = lengths;
-        [x, y, z, radius, error, deviation].map(f32::to_bits)
+        ]
+        .map(f32::to_bits)
     })
 }
 

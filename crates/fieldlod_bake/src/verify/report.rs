@@ -73,7 +73,9 @@ pub enum VerifyError {
     #[error("it was baked from another mesh")]
     OtherSource,
     /// Primitives with one skin should change their levels together.
-    #[error("the primitives of its character are missing, or have different levels")]
+    #[error(
+        "the primitives of its character are missing, or have different levels or another carrier joint"
+    )]
     PartsDiffer,
     /// The finest cut should be the source.
     #[error("the finest cut has {found} triangles that are not those of the source")]

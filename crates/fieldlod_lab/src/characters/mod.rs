@@ -107,6 +107,10 @@ pub fn measure(
         let poses = clip_poses(&character, &import, &held_out);
         let step = poses.len().div_ceil(MOST_POSES).max(1);
         let poses: Vec<Pose> = poses.into_iter().step_by(step).collect();
+        // Nothing is measured without a clip that moves it.
+        if poses.is_empty() {
+            return None;
+        }
         let subject = Subject::of(&character, &hierarchies, poses);
         Some(subject.measure(name, drawing))
     });

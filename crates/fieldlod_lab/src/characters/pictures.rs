@@ -108,9 +108,9 @@ fn posed<'a>(
         source_vertex_count: mesh.positions.len() as u32,
         ..Hierarchy::default()
     };
-    posed.push_whole_mesh(character.triangles(), Group::default());
-    for level in levels {
-        posed.push_whole_mesh(level, Group::default());
+    for triangles in std::iter::once(character.triangles()).chain(levels.map(Vec::as_slice)) {
+        let pushed = posed.push_whole_mesh(triangles, Group::default());
+        pushed.expect("pictures are of characters with at most 65,536 vertices");
     }
     posed
 }

@@ -95,13 +95,30 @@ pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
     let mut nodes: Vec<Node> = document.nodes().map(node).collect();
     for parent in document.nodes() {
         for child in parent.children() {
-            let (parent, child) = (parent.index() as u32, child.index() as u32);
-            if !ancestors(&nodes, parent).any(|node| node == child) {
-                nodes[child as usize].parent = Some(parent);
-            }
+            nodes[child.index()].parent = Some(parent.index() as u32);
         }
     }
+    cut_cycles(&mut nodes);
     nodes
+}
+
+/// Makes a root of one node of each cycle. Each node is visited once, as chains may be long.
+fn cut_cycles(nodes: &mut [Node]) {
+    let mut visited_from = vec![None; nodes.len()];
+    for start in 0..nodes.len() {
+        let mut node = start;
+        while visited_from[node].is_none() {
+            visited_from[node] = Some(start);
+            let Some(parent) = nodes[node].parent else {
+                break;
+            };
+            if visited_from[parent as usize] == Some(start) {
+                nodes[node].parent = None;
+                break;
+            }
+            node = parent as usize;
+        }
+    }
 }
 
 /// A node and the nodes that it is attached to, from the nearest on.

@@ -94,7 +94,7 @@ impl Pictures {
 
 /// The source and the levels in a pose, a unit each.
 fn posed<'a>(
-    character: &Character<'_>,
+    character: &'a Character<'_>,
     pose: &Pose,
     levels: impl Iterator<Item = &'a Vec<[u32; 3]>>,
 ) -> Hierarchy {

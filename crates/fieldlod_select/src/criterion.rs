@@ -1,30 +1,30 @@
-//! The criterion: how many pixels of error a group's simplification shows in a view.
+//! The criterion: the error of a group's simplification in a view, in pixels.
 //!
 //! From the camera-sampling field (P.-H. Lin and T.-Y. Lee, "Camera-Sampling Field and Its
-//! Applications", IEEE TVCG 2004): the error of a piece of surface counts in the picture by its
-//! projection factor c·n (eq. 16), the samples per unit area of surface.
+//! Applications", IEEE TVCG 2004): the error of a piece of surface is weighed by its projection factor c·n (eq. 16), the
+//! samples per unit area of surface.
 //!
 //! ```text
 //! screen error = e √( c (4 V + 0.4 p) o )      pixels
 //!
-//! e   error of the simplification, a length, times the most that the instance stretches lengths
+//! e   error of the simplification, a length, times the largest stretch of the instance
 //! c   upper bound of the field's strength over the group's sphere (eq. 5), samples per unit area
 //! V   mean of max(n·s, 0) over the group's surface: the visible share of its projection factor
 //! p   likelihood of a silhouette in the group, where c·n is 0 but an error is seen edge-on
-//! o   share of it that nothing else hides, 1 unless that is asked for ([`VisibleFlux`](crate::VisibleFlux))
+//! o   visible share of the group, 1 without [`VisibleFlux`](crate::VisibleFlux)
 //!
 //! V = (μ + √(μ² + v)) / 2,   μ = m·s,   v = (1 − |m|²) / 4
 //! p = 1 / (1 + u + u²/2),    u = μ² / (2v + 0.005)
 //! m   mean of the group's unit normals;  s  unit vector from the group to the camera
 //! ```
 //! V, p and the constants are ours, not the paper's: a smooth estimate from the mean normal alone.
-//! V is taken relative to that of a surface with normals in all directions, 1/4, so that such a surface
-//! shows e √c. At the same threshold the picture is then about as near to the source as that of
-//! rotation-invariant metrics; that, and the weight of p, were measured on a set of training models and
-//! poses (`fieldlod-lab chart --training`).
+//! V is relative to that of a surface with normals in all directions, 1/4, which has the error e √c. At the same
+//! threshold the picture is then about as near to the source as that of rotation-invariant metrics. The weight of p was
+//! measured on a set of training models and poses (`fieldlod-lab chart --training`): less coarsens silhouettes, more
+//! refines surfaces seen edge-on.
 //!
-//! The screen error is RMS-like: it weighs errors by how much of the picture they touch, and is no
-//! upper bound of a displacement.
+//! The screen error is RMS-like: it weighs errors by their area in the picture, and is not an upper bound of a
+//! displacement.
 
 pub(crate) mod error_bounds;
 mod extent;
@@ -43,12 +43,12 @@ use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outsi
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
 /// Weight of p: a tenth of that of V.
 pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
-/// Keeps p finite for flat groups.
+/// Keeps `u` finite for flat groups. A smaller value makes their silhouettes narrower, a larger one wider.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
-/// Rounding of the widest aspect ratio, added so that no threshold is relaxed by it.
+/// Bound of the rounding of the widest aspect ratio, so that rounding relaxes no threshold.
 const ASPECT_ROUNDING: f32 = 1e-6;
 
-/// The screen-space error of the simplification of `group`, in pixels: what [`select`] compares with
+/// The screen-space error of the simplification of `group`, in pixels, which [`select`] compares with
 /// [`LodSettings::error_px`].
 ///
 /// Zero outside the field of view ([`Offscreen::Coarsest`]); infinite for a terminal group and
@@ -61,20 +61,20 @@ pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
     group_error_px(group, instance, &LodSettings::default(), false)
 }
 
-/// The most that a point of `group`'s surface moves on screen by its simplification, in pixels:
-/// what [`select`](crate::select) compares with [`LodSettings::displacement_px`].
+/// The largest displacement on screen of a point of `group`'s surface by its simplification, in pixels, which
+/// [`select`](crate::select) compares with [`LodSettings::displacement_px`].
 ///
 /// ```text
 /// E = d · √(c / cos φ)       at most, over the sphere
 /// ```
-/// with `d` the deviation of the two surfaces, times what the instance stretches lengths across the
-/// sight rays of the sphere. Zero, infinite and NaN as in [`screen_error_px`].
+/// with `d` the deviation of the two surfaces, times the stretch of the instance across the sight rays of the sphere.
+/// Zero, infinite and NaN as in [`screen_error_px`].
 #[must_use]
 pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
     group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
 }
 
-/// The error of `group` in pixels under `settings`: the group is refined where it is more than
+/// The error of `group` in pixels under `settings`: a group is refined if it is more than
 /// [`LodSettings::threshold_px`].
 ///
 /// With both thresholds it is the greater of the screen-space error and the displacement times
@@ -82,7 +82,7 @@ pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
 /// [`screen_error_px`].
 ///
 /// A group that `was_refined` in the last cut leaves a wider view than it entered, if the view has
-/// [margins](crate::View::with_margins): its error is never less than that of one that was not.
+/// [margins](crate::View::with_margins): its error is no smaller than that of a group that was not.
 #[must_use]
 pub fn group_error_px(
     group: &Group,
@@ -93,9 +93,8 @@ pub fn group_error_px(
     visible_error_px(group, instance, settings, was_refined, 1.0)
 }
 
-/// The same of a group of which the share `visible_share` is not hidden: what a
-/// [`Selector`](crate::Selector) compares under [`LodSettings::visible_flux`]. Displacements count in full, since
-/// the share is an estimate.
+/// [`group_error_px`] of a group with a visible share, as a [`Selector`](crate::Selector) compares it with
+/// [`LodSettings::visible_flux`]. Displacements are not weighed, since the share is an estimate.
 #[must_use]
 pub fn visible_error_px(
     group: &Group,
@@ -115,8 +114,8 @@ pub fn visible_error_px(
     criterion.error_px(&input, was_refined)
 }
 
-/// Stands for a deviation that was not measured: more than any threshold allows, but not infinite,
-/// which times the zero of what is out of view would be NaN.
+/// Deviation of groups without a measured one: larger than any threshold allows, but finite, because infinity times
+/// the zero of a group outside the view is NaN.
 const UNMEASURED: f32 = 1e24;
 
 pub(crate) fn usable_deviation(group: &Group) -> f32 {
@@ -160,7 +159,7 @@ pub(crate) struct Motion {
     pub(crate) turn: f32,
 }
 
-/// How far a motion of the camera moves the groups of an instance in camera space.
+/// Bounds of the motion of an instance's groups in camera space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drift {
     /// Of their centers.
@@ -181,8 +180,8 @@ pub(crate) struct Criterion<'a, L> {
     corner: f32,
     /// The same of the view that refined groups leave, if that is another than they enter.
     leaving_corner: Option<f32>,
-    /// With it, errors are those while groups move by it: the least of refined groups, and the greatest of others.
-    /// The instance has to stay inside the view or outside.
+    /// If set, errors are the least of refined groups and the largest of others while groups move by it. The instance
+    /// must stay inside the view or outside.
     pub(crate) drift: Option<Drift>,
 }
 
@@ -205,13 +204,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// The error to compare with [`LodSettings::threshold_px`], of groups that are not terminal.
     #[inline(always)]
     pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
-        // The sphere in camera space, and what the view knows of it.
+        // The sphere in camera space and its extent in the view.
         let seen = self.seen(group, was_refined);
         let extent = self.extent(&seen, was_refined);
         // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
-        // e √(c (4 V + 0.4 p) o); where the strength has no bound, no factor may hide that.
+        // e √(c (4 V + 0.4 p) o); infinite if the strength is, even if a factor is 0.
         let screen_error = || {
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(group, &seen);
@@ -229,7 +228,6 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 displacement_px,
             )
         };
-        // Those that count.
         match (self.weights.counts_error, self.weights.displacement_weight) {
             (true, None) => screen_error(),
             (false, Some(weight)) => displacement() * L::splat(weight),
@@ -263,7 +261,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         }
     }
 
-    /// Where a sphere lies in the view that its group enters or, if it was refined, leaves.
+    /// The extent of a sphere in the view that its group enters or, if it was refined, leaves.
     #[inline]
     fn extent(&self, seen: &SeenSphere<L>, was_refined: L::Mask) -> SeenExtent<L> {
         let entering = outside(&self.instance.camera, seen);
@@ -272,8 +270,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
             None => (entering, corner),
             Some(leaving_corner) => {
                 let leaving = outside(&self.instance.kept_camera, seen);
-                // So that nothing leaves where it enters: the wider view may exclude more of what
-                // reaches from behind the camera plane to before it.
+                // No group leaves where it enters: the wider view may exclude more spheres that cross the camera plane.
                 let outside = leaving | (entering & !was_refined);
                 (
                     outside,
@@ -286,15 +283,15 @@ impl<'a, L: Lane> Criterion<'a, L> {
             Camera::Orthographic(_) => SeenExtent {
                 outside,
                 unbounded: is_unusable(seen),
-                // Where the field is constant, its bounds hold nothing of the sphere.
+                // The field is constant, so that its bounds do not depend on the sphere.
                 secant: L::one(),
                 depth: L::one(),
             },
         }
     }
 
-    /// The field's strength for the whole group: its bound over the sphere, or one sample where the
-    /// field is flat enough; outside the field of view zero or that on the axis.
+    /// The field's strength for the whole group: its bound over the sphere, or one sample if the field is flat enough;
+    /// outside the field of view zero or the strength on the axis.
     #[inline]
     fn strength(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
         match &self.instance.camera {
@@ -343,7 +340,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         L::choose(extent.outside, outside, inside)
     }
 
-    /// One sample of the strength at the centre instead of its bound, where `κ < max_curl`.
+    /// One sample of the strength at the centre instead of its bound, if `κ < max_curl`.
     #[inline]
     fn sampled_where_flat(
         &self,
@@ -370,7 +367,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         let allowed = L::splat(max_curl * max_curl) * (distance * distance) * z_squared;
         let is_flat = L::zero().is_below(center.z) & change.is_below(allowed);
         let sample = constant * distance / (center.z * center.z * center.z);
-        // The centre may lie beyond the edge of the image; zero outside and infinity stay as they are.
+        // Zero outside the view and infinity stay as they are; the centre may be outside the image.
         let is_visible = !(extent.outside | extent.unbounded);
         L::choose(is_flat & is_visible & sample.is_below(bound), sample, bound)
     }
@@ -388,7 +385,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         if self.instance.seen_stretch.is_none() {
             return -away / distance;
         }
-        // What is no similarity changes the normal's length, which means nothing then.
+        // An instance that is not a similarity changes the normal's length.
         let length = turned.dot(turned).sqrt();
         let facing = -away * group.normal_length / (length * distance);
         L::choose(L::zero().is_below(length), facing, L::zero())
@@ -409,9 +406,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
         visible.larger(L::zero()) + silhouette_weight(flatness)
     }
 
-    /// The most that a displacement of a point of the sphere grows across its sight ray, in camera
-    /// units per local unit: at the centre's ray exactly, and by `sin δ = r/ρ` more of the greatest
-    /// stretch for the other rays.
+    /// The largest stretch across the sight rays of the sphere, in camera units per local unit: exact at the ray of its
+    /// centre, and `sin δ = r/ρ` times the largest stretch more for the other rays.
     #[inline]
     fn stretch(&self, seen: &SeenSphere<L>) -> L {
         let most = L::splat(self.instance.camera_per_local);
@@ -428,9 +424,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
         across.smaller(most)
     }
 
-    /// The factor of [`LodSettings::min_aspect_ratio`], by the greatest aspect ratio `cos φ` in the
-    /// visible part of a sphere that does not hold the camera: `cos(φ − δ)`, or 1 where the sphere
-    /// meets the axis; at least that of the widest corner.
+    /// The factor of errors by `min_aspect_ratio`: from the largest aspect ratio in the visible part of a sphere, which is
+    /// `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least that of the widest corner.
     #[inline]
     fn relaxation(&self, seen: &SeenSphere<L>) -> L {
         let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;
@@ -450,13 +445,13 @@ impl<'a, L: Lane> Criterion<'a, L> {
         let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
         let widest = (cosine + L::splat(ASPECT_ROUNDING)).larger(L::splat(1.0 / self.corner));
         let aspect = L::choose(off_axis.is_at_most(radius), L::one(), widest);
-        // Relaxed below the limit alone.
+        // Relaxed below the limit only.
         let limit = L::splat(min_aspect_ratio);
         L::choose(aspect.is_below(limit), aspect / limit, L::one())
     }
 }
 
-/// `v` of the module's formula. Rounding may leave |m| a hair above 1.
+/// `v` of the module's formula. Rounding may leave |m| slightly above 1.
 pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
     (1.0 - mean_normal.length_squared()).max(0.0) * 0.25
 }
@@ -468,15 +463,14 @@ pub(crate) fn picture_weight<L: Lane>(facing: L, variance: L) -> L {
     visible_weight(facing, variance).larger(L::zero()) + silhouette_weight(flatness)
 }
 
-/// `4 V`, which grows with the facing `μ` and may be a hair below zero where the surface is turned
-/// away.
+/// `4 V`, which grows with the facing `μ`. Rounding may make it slightly negative for back faces.
 #[inline]
 pub(crate) fn visible_weight<L: Lane>(facing: L, variance: L) -> L {
     let root = (facing * facing + variance).sqrt();
     L::splat(0.5 * VISIBLE_WEIGHT) * (facing + root)
 }
 
-/// `2v + 0.005`: by how much `μ²` counts in [`silhouette_weight`].
+/// `2v + 0.005`, the divisor of `μ²` in `u`.
 #[inline]
 pub(crate) fn silhouette_width<L: Lane>(variance: L) -> L {
     L::splat(2.0) * variance + L::splat(FLATNESS_FLOOR)

@@ -7,8 +7,8 @@ use crate::criterion::group_error_px;
 use crate::settings::LodSettings;
 use crate::view::{InstanceView, View};
 
-/// The cut of one instance in one view. Keep it from frame to frame: it is the memory of the
-/// hysteresis, and reusing it allocates nothing.
+/// The cut of one instance in one view. Keep it from frame to frame: the hysteresis needs the last cut, and reusing it
+/// allocates nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cut {
     refined: Vec<bool>,
@@ -29,7 +29,7 @@ impl Cut {
         self.triangle_count
     }
 
-    /// For each group, whether its simplification is too coarse for the view.
+    /// Whether each group is refined.
     #[must_use]
     pub fn refined(&self) -> &[bool] {
         &self.refined
@@ -45,8 +45,8 @@ impl Cut {
 
 /// Selects the cut of one instance, placed by `world_from_local`, in one view.
 ///
-/// `cut` brings the last cut of the same instance in the same view, or an empty one, and takes the
-/// new cut. The cut is valid for any input: what is NaN counts as infinite error and is refined.
+/// `cut` is the last cut of the same instance in the same view, or an empty one, and becomes the new cut. The cut is
+/// valid for any input; a group with an error of NaN is refined.
 pub fn select(
     hierarchy: &Hierarchy,
     world_from_local: &Affine3A,
@@ -63,8 +63,8 @@ pub fn select(
 
 /// Selects a cut by any criterion: `error_px` gives the screen-space error of a group by its index.
 ///
-/// This is [`select`] with the field's criterion replaced, for comparing criteria on the same
-/// hierarchy. The cut is valid whatever `error_px` returns.
+/// This is [`select`] with another criterion, to compare criteria on the same hierarchy. The cut is valid for any
+/// errors.
 pub fn select_with(
     hierarchy: &Hierarchy,
     settings: &LodSettings,
@@ -81,7 +81,7 @@ fn select_by(
     error_px: impl Fn(usize, bool) -> f32,
 ) {
     let thresholds = settings.thresholds(1.0);
-    // A cut of another hierarchy has nothing to remember.
+    // The cut may be of another hierarchy.
     cut.refined.resize(hierarchy.groups.len(), false);
     hierarchy.refine_by(&mut cut.refined, |group, was_refined| {
         thresholds.exceeded_by(error_px(group, was_refined), was_refined)

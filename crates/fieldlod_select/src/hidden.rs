@@ -1,18 +1,16 @@
-//! What stands before what: a small depth image of a view, drawn on the CPU from coarse levels of
-//! large, near instances, and the share of a box that it leaves visible.
+//! Visible flux: a small depth image of a view, drawn on the CPU from coarse levels of large, near instances, and the
+//! visible shares of instances and groups in it.
 //!
-//! The camera-sampling field's flux is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8);
-//! what others hide shows nothing, whichever way it faces. Hasselgren, Andersson and Akenine-Möller,
-//! "Masked Software Occlusion Culling" (2016), draw such an image to cull. Here nothing is culled by it:
-//! it weighs errors, and what is hidden stays drawn at its coarsest.
+//! The flux of the camera-sampling field is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8). Hasselgren,
+//! Andersson and Akenine-Möller, "Masked Software Occlusion Culling" (2016), draw a similar image to cull. Here nothing
+//! is culled: the image weighs errors, and hidden instances are drawn at their coarsest levels.
 //!
 //! # Conventions
-//! A texel holds the *nearness* of what it shows: `1/z` in a perspective view, which is linear over a
-//! triangle in the image, `−z` in an orthographic one; `−∞` where nothing is. Occluders cover the texels
-//! whose centres they cover, with the front faces of a level: an estimate, which may err both ways.
+//! A texel holds the *nearness* of the nearest surface: `1/z` in a perspective view, which is linear over a triangle in
+//! the image, `−z` in an orthographic one; `−∞` without a surface. The front faces of an occluder fill the texels whose
+//! centres they cover. This is an estimate, which may be too large or too small.
 //!
-//! Only operations that IEEE 754 rounds exactly are used, on eight texels at once or on one in the same
-//! order; `occlusion/tests.rs` draws the same bits texel by texel.
+//! Eight texels at once have the same bits as one at a time; `hidden/tests.rs` compares them.
 
 mod asking;
 mod boxes;
@@ -42,7 +40,8 @@ use occluder::OccluderMesh;
 use screen_triangle::{Corner, parts_in_front};
 use texels::Texels;
 
-/// Elements of eight points that are drawn before it is asked whether others are in front of them.
+/// Elements of eight points that are drawn between two tests whether any of them is in front. Fewer end the drawing of
+/// visible instances too early, more draw hidden instances longer.
 const STRETCH: usize = 8;
 
 /// The depth image of one view.
@@ -117,26 +116,14 @@ impl OcclusionBuffer {
         [self.plane.width, self.plane.height]
     }
 
-    /// How near what each texel shows is, row by row from the upper left: `1/z` in a perspective view, `−z`
-    /// in an orthographic one, `−∞` where nothing is.
+    /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic one,
+    /// `−∞` without a surface.
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
         &self.texels.nearness
     }
 
-    /// Triangles, and points, that were drawn.
-    #[must_use]
-    pub fn drawn(&self) -> [u32; 2] {
-        [self.choice.triangle_count, self.choice.point_count]
-    }
-
-    /// Number of drawn triangles; 32 points count as one.
-    #[must_use]
-    pub fn cost_in_triangles(&self) -> u32 {
-        self.choice.cost_in_triangles()
-    }
-
-    /// Whether all that was drawn where a sphere is in the image is nearer.
+    /// Whether nearer surfaces fill all texels around a sphere.
     fn covers(&self, sphere: &Sphere) -> bool {
         let from_eye = sphere.center - self.view.eye_in_world;
         let center = self.view.camera_from_world * from_eye;
@@ -179,8 +166,8 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Draws an instance by points, each one texel large, until none of a stretch of them is in front. Returns how
-    /// many were drawn.
+    /// Draws an instance by points of one texel each, until none of [`STRETCH`] elements is in front. Returns their
+    /// number.
     fn draw_points(
         &mut self,
         points: &[V3<f32x8>],
@@ -203,7 +190,7 @@ impl OcclusionBuffer {
         drawn
     }
 
-    /// Draws eight points of camera space. Whether any is in front of what others have drawn.
+    /// Draws eight points of camera space. Returns whether any is the nearest of its texel.
     #[inline(always)]
     fn draw_eight(&mut self, point: V3<f32x8>, owner: u32) -> bool {
         let at = self.plane.project(point);
@@ -219,7 +206,7 @@ impl OcclusionBuffer {
         is_in_front
     }
 
-    /// Ends the drawing: finds the least of each texel and its neighbours.
+    /// Computes the least nearness of each texel and its neighbours.
     fn shrink(&mut self) {
         let (width, height) = (self.plane.width, self.plane.height);
         // The least of three in each row, then of three rows.

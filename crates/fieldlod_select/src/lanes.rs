@@ -1,6 +1,5 @@
-//! One number or eight: what is decided of a group by itself and of eight at once is computed by the
-//! same lines, with operations that IEEE 754 rounds exactly, in glam's order. So both agree to the bit,
-//! on every machine.
+//! One number or eight numbers: the same lines compute one group or eight at once, with operations that IEEE 754 rounds
+//! exactly and in glam's order, so that both agree to the bit on every machine.
 
 pub(crate) mod bits;
 
@@ -9,7 +8,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use glam::{Mat3, Vec3};
 use wide::f32x8;
 
-/// A number of one group, or the numbers of eight.
+/// A number of one group, or the numbers of eight groups.
 pub(crate) trait Lane:
     Copy
     + Add<Output = Self>
@@ -18,7 +17,7 @@ pub(crate) trait Lane:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-    /// An answer for each group.
+    /// One `bool` for each group.
     type Mask: Copy
         + BitAnd<Output = Self::Mask>
         + BitOr<Output = Self::Mask>
@@ -135,7 +134,7 @@ impl Lane for f32x8 {
 pub(crate) fn mask_of(bits: u32) -> f32x8 {
     let lane = |index: usize| f32::from_bits(0u32.wrapping_sub(bits >> index & 1));
     match bits {
-        // By far the most blocks; eight numbers put together take longer than a test.
+        // The common cases, without eight separate numbers.
         0 => f32x8::splat(0.0),
         0xff => f32x8::splat(lane(0)),
         _ => f32x8::from(std::array::from_fn(lane)),

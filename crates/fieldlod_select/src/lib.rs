@@ -32,30 +32,31 @@
 //! # Two thresholds
 //! [`LodSettings::error_px`] gives the best picture for its triangles: it is like a root mean square,
 //! and single points may be off by more. [`LodSettings::displacement_px`] bounds every displacement on
-//! screen; `tests/guarantee.rs` measures it, beside clusterlod's test. Either may be given, or both.
+//! screen; the tests of `fieldlod_lab` measure it. Set either or both.
 //!
-//! # What hides what
-//! [`LodSettings::visible_flux`] counts errors by the share of each instance, and of each piece of a large
-//! one, that nothing hides. An [`OcclusionBuffer`] knows it, which a [`Selector`] draws when the view or the
-//! scene has changed. What comes out of hiding is refined in the same frame, what goes into it is
-//! coarsened some frames later. Displacements count in full, since the share is an estimate.
+//! # Hidden instances
+//! [`LodSettings::visible_flux`] weighs errors by the visible share of each instance, or of each group of a large
+//! instance. A [`Selector`] estimates the shares with an [`OcclusionBuffer`], a small depth image that it draws when the
+//! view or the scene has changed. An instance that appears is refined in the same frame; one that disappears is
+//! coarsened some frames later. Displacements are not weighed, since the share is an estimate.
 //!
 //! # Speed
 //! A [`Selector`] decides everything anew in each frame, eight at a time:
-//! 1. One pass over the spheres of all instances finds those that certainly keep their cuts: outside the view, or
-//!    within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one sphere around 64
-//!    neighbours often tells it for all. `benches/props` walks through a million.
+//! 1. One pass over the spheres of all instances skips those that certainly keep their cuts: they are outside the view,
+//!    or within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one test of a
+//!    sphere around 64 neighbours often skips all of them. `benches/props` measures up to a million instances.
 //! 2. The others are near. A mesh that is drawn as a whole
 //!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) gets its level from bounds
-//!    over its sphere, eight levels at once; the criterion decides if they do not tell. Of other meshes the criterion
-//!    decides the groups, except those in bounds of 64 and of eight groups that are certainly below the threshold.
+//!    over its sphere, eight levels at once, or from the criterion if the bounds are not decisive. The criterion decides
+//!    the groups of other meshes, except for those in bounds of 64 or eight groups that are below the threshold.
 //!
-//! A first frame lists every instance, since whoever draws them has to know of each. `benches/selection` compares
-//! this with the sphere test of clusterlod, in one run.
+//! The changes of a first frame list every instance. `benches/selection` compares the test of groups with the sphere
+//! test of clusterlod.
 //!
 //! # Determinism
-//! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute what one scalar would, in
-//! the same order: the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and `tests/determinism.rs` holds the hash of a walk.
+//! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute the same as one scalar, in the same order:
+//! the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and
+//! `tests/determinism.rs` compares the hash of a walk.
 //!
 //! # Out of scope
 //! Morphing between levels; skinned meshes; culling.

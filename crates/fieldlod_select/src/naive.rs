@@ -1,5 +1,5 @@
-//! The specification of [`select`](crate::select): the cut rule, straight from its words. Slow,
-//! readable, and what the fast path is tested against.
+//! The specification of [`select`](crate::select): the cut rule in its shortest form. It is slow; the fast paths are
+//! tested against it.
 
 use fieldlod_hierarchy::Hierarchy;
 
@@ -8,7 +8,7 @@ use crate::settings::LodSettings;
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.
 ///
-/// `was_refined` tells the last cut's answer for a group, for the hysteresis.
+/// `was_refined` tells whether the last cut refined a group, for the hysteresis.
 pub fn is_refined(
     hierarchy: &Hierarchy,
     group: usize,

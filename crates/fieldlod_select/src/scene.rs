@@ -10,7 +10,7 @@ use glam::{Affine3A, Mat3};
 
 use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
-use columns::{Columns, Row};
+use columns::{Columns, Occupant, Row};
 use journal::Journal;
 use order::sort_along_curve;
 use table::GroupTable;
@@ -25,7 +25,7 @@ impl MeshId {
     }
 }
 
-/// An instance of a [`Scene`]. Ids are never given twice; the index of a removed one is used again.
+/// An instance of a [`Scene`]. Ids are unique; the index of a removed instance is reused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InstanceId {
     pub(crate) index: u32,
@@ -33,26 +33,32 @@ pub struct InstanceId {
 }
 
 impl InstanceId {
-    /// Among the instances that a scene holds, each has an index of its own; indices are small, since
-    /// those of removed instances are used again.
+    /// The id of a slot without an instance.
+    pub(crate) const NONE: Self = Self {
+        index: u32::MAX,
+        generation: 0,
+    };
+
+    /// Index of the instance, unique among the present instances of a scene. Indices are small, since those of removed
+    /// instances are reused.
     #[must_use]
     pub fn index(self) -> usize {
         self.index as usize
     }
 }
 
-/// An instance as it was placed.
+/// The placement of an instance.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
     /// Around all of its groups, in the world.
     pub(crate) sphere: Sphere,
-    /// By how much lengths grow at least and at most.
+    /// The least and the largest factor of lengths.
     stretch: [f32; 2],
 }
 
-/// Which instance has an index now.
+/// The instance that has an index.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InstanceEntry {
     /// `None` once removed.
@@ -60,26 +66,9 @@ pub(crate) struct InstanceEntry {
     pub(crate) generation: u32,
     /// Its place in the columns; `None` until the next [`Scene::update`], and once removed.
     pub(crate) slot: Option<u32>,
-    /// Counts changes of anything but its place and bias, from 1 on.
-    pub(crate) version: u32,
-    /// The layers that it is on.
-    pub(crate) layers: u64,
-    /// The level at which all views draw it.
-    pub(crate) forced_level: Option<u32>,
-    /// Whether it may hide others.
-    pub(crate) is_occluder: bool,
-}
-
-impl InstanceEntry {
-    /// The mesh that hides others in a view of `layers`.
-    pub(crate) fn occluder_mesh(&self, layers: u64) -> Option<MeshId> {
-        self.seen_mesh(layers).filter(|_| self.is_occluder)
-    }
-
-    /// The mesh that a view of `layers` sees; `None` also once removed.
-    pub(crate) fn seen_mesh(&self, layers: u64) -> Option<MeshId> {
-        self.mesh.filter(|_| self.layers & layers != 0)
-    }
+    /// The layers that it is on, one bit each.
+    layers: u64,
+    is_occluder: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -92,25 +81,24 @@ struct Mesh {
 /// Meshes and instances. Any number of [`Selector`](crate::Selector)s, one for each view and on any
 /// threads, select from it, each with settings of its own.
 ///
-/// Instances come, move and go at any time: call [`Scene::update`] after changes and before
-/// selection. A change costs the same in a scene of any size. Instances that are added between two updates are ordered
-/// by their places, because views skip 64 neighbours at once; later moves do not change the order.
+/// Call [`Scene::update`] after changes and before selection. A change costs the same in a scene of any size. Instances
+/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later moves
+/// do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
     /// Meshes that were removed.
     free_meshes: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
-    /// Apart from the instances: all that is read of one at its coarsest.
     pub(crate) entries: Vec<InstanceEntry>,
     free: Vec<u32>,
     /// Instances to which the next update gives slots.
     unplaced: Vec<u32>,
     pub(crate) columns: Columns,
     pub(crate) journal: Journal,
-    /// Counts changes of what is drawn or hides others.
+    /// Counts changes of instances.
     pub(crate) revision: u64,
-    /// Counts changes of what is at hand.
+    /// Counts changes of the available groups.
     pub(crate) available_revision: u64,
 }
 
@@ -120,7 +108,7 @@ impl Scene {
         self.add_table(GroupTable::new(hierarchy))
     }
 
-    /// Adds a mesh whose table was laid out before, perhaps on another thread.
+    /// Adds a mesh by its table, which may be made on another thread.
     pub fn add_table(&mut self, table: GroupTable) -> MeshId {
         let mesh = Mesh {
             table,
@@ -135,9 +123,8 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees what a mesh holds; nothing if it was removed. Its id is given to the next mesh that is added.
-    /// Until then the list of its coarsest units remains, from which selectors tell what left: each of
-    /// them has to select, or to be cleared, between the removal of its last instance and that.
+    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id: before
+    /// that, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
     /// If an instance of it has not been removed.
@@ -152,17 +139,16 @@ impl Scene {
         }
     }
 
-    /// Restricts refinement to groups of a mesh whose units are `at_hand`, by group index: for meshes that are loaded
-    /// in parts. Missing groups are drawn at the finest loaded level ([`Selector::demand`](crate::Selector::demand)
-    /// lists them). Terminal groups
-    /// always count as at hand, and none does without all coarser groups that simplify what it produces.
-    pub fn set_available(&mut self, mesh: MeshId, at_hand: impl Fn(u32) -> bool) {
-        self.meshes[mesh.index()].table.set_available(at_hand);
+    /// Restricts refinement to groups of a mesh whose units `are_loaded`, by group index: for meshes that are loaded in
+    /// parts. Instead of missing groups the finest loaded simplification is drawn;
+    /// [`Selector::demand`](crate::Selector::demand) lists them. Terminal groups are always available. Other groups are
+    /// available with all coarser groups that consume their simplification.
+    pub fn set_available(&mut self, mesh: MeshId, are_loaded: impl Fn(u32) -> bool) {
+        self.meshes[mesh.index()].table.set_available(are_loaded);
         self.available_revision += 1;
     }
 
-    /// Adds an instance, placed by any affine map. Its errors count `bias` times: more than 1 draws
-    /// it finer.
+    /// Adds an instance, placed by any affine map. Its errors are multiplied by `bias`: more than 1 draws it finer.
     pub fn add_instance(
         &mut self,
         mesh: MeshId,
@@ -170,20 +156,17 @@ impl Scene {
         bias: f32,
     ) -> InstanceId {
         self.meshes[mesh.0 as usize].instance_count += 1;
-        // The index of an instance that was removed is used again, under a new generation.
+        // The index of a removed instance is reused with a new generation.
         let mut entry = InstanceEntry {
             mesh: Some(mesh),
             generation: 0,
             slot: None,
-            version: 1,
             layers: u64::MAX,
-            forced_level: None,
             is_occluder: true,
         };
         let instance = self.instance(mesh, world_from_local, bias);
         let index = if let Some(index) = self.free.pop() {
-            let last = &self.entries[index as usize];
-            (entry.generation, entry.version) = (last.generation + 1, last.version + 1);
+            entry.generation = self.entries[index as usize].generation + 1;
             self.entries[index as usize] = entry;
             self.instances[index as usize] = instance;
             index
@@ -200,49 +183,37 @@ impl Scene {
         }
     }
 
-    /// Moves an instance; nothing if it was removed.
+    /// Moves an instance. Does nothing if the instance was removed.
     pub fn set_placement(&mut self, instance: InstanceId, world_from_local: Affine3A) {
         let bias = self.instances[instance.index()].bias;
         self.place(instance, world_from_local, bias);
     }
 
-    /// Changes an instance's bias; nothing if it was removed.
+    /// Changes the bias of an instance. Does nothing if the instance was removed.
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
         let world_from_local = self.instances[instance.index()].world_from_local;
         self.place(instance, world_from_local, bias);
     }
 
-    /// Draws an instance at this level of its mesh in all views, 0 being the finest, or lets each view choose
-    /// again; the coarsest where the mesh has fewer. Nothing if it was removed.
-    pub fn set_forced_level(&mut self, instance: InstanceId, forced_level: Option<u32>) {
-        if self.mesh_of(instance).is_some() {
-            self.entries[instance.index()].forced_level = forced_level;
-            self.entries[instance.index()].version += 1;
-            self.note_changed(instance.index);
-        }
-    }
-
-    /// Puts an instance on layers, each a bit: views that share none of them draw nothing of it and do not
-    /// count it. It is on all of them to begin with; on none, it is hidden. Nothing if it was removed.
+    /// Puts an instance on layers, one bit each. A view that shares none of them neither draws nor counts it. A new
+    /// instance is on all layers. Does nothing if the instance was removed.
     pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
-        if self.mesh_of(instance).is_some() && self.entries[instance.index()].layers != layers {
+        let is_present = self.mesh_of(instance).is_some();
+        if is_present && self.entries[instance.index()].layers != layers {
             self.entries[instance.index()].layers = layers;
-            self.entries[instance.index()].version += 1;
             self.note_changed(instance.index);
         }
     }
 
-    /// Sets whether an instance may hide others ([`LodSettings::visible_flux`]), as it does unless told
-    /// otherwise: not what one sees through. Nothing if it was removed.
+    /// Sets whether an instance may hide others with [`LodSettings::visible_flux`], which is the default; transparent
+    /// instances should not. Does nothing if the instance was removed.
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
-        let entry = self
-            .mesh_of(instance)
-            .map(|_| &mut self.entries[instance.index()]);
-        if let Some(entry) = entry.filter(|entry| entry.is_occluder != is_occluder) {
-            entry.is_occluder = is_occluder;
-            self.revision += 1;
+        let is_present = self.mesh_of(instance).is_some();
+        if is_present && self.entries[instance.index()].is_occluder != is_occluder {
+            self.entries[instance.index()].is_occluder = is_occluder;
+            self.note_changed(instance.index);
         }
     }
 
@@ -254,7 +225,7 @@ impl Scene {
         self.note_changed(instance.index);
     }
 
-    /// Removes an instance: its cut is empty from now on. Nothing if it was removed before.
+    /// Removes an instance; its cut becomes empty. Does nothing if the instance was removed.
     pub fn remove(&mut self, instance: InstanceId) {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
@@ -263,7 +234,7 @@ impl Scene {
         self.free.push(instance.index);
         self.revision += 1;
         let entry = &mut self.entries[instance.index()];
-        (entry.mesh, entry.version) = (None, entry.version + 1);
+        entry.mesh = None;
         if let Some(slot) = entry.slot.take() {
             self.columns.free(slot);
             self.journal.push(slot);
@@ -273,29 +244,28 @@ impl Scene {
     /// Updates the columns of an instance, and notes the change for selectors.
     fn note_changed(&mut self, index: u32) {
         self.revision += 1;
-        let Some(slot) = self.entries[index as usize].slot else {
+        let entry = self.entries[index as usize];
+        let (Some(slot), Some(mesh)) = (entry.slot, entry.mesh) else {
             return;
         };
         self.journal.push(slot);
         let instance = &self.instances[index as usize];
-        let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
-        let mut occluder_radius = 0.0;
-        if let Some(mesh) = self.entries[index as usize].mesh {
-            let table = &self.meshes[mesh.0 as usize].table;
-            if !table.occluders.is_empty() {
-                occluder_radius = instance.sphere.radius;
-            }
-        }
+        let generation = entry.generation;
+        let hides = entry.is_occluder && !self.table(mesh).occluders.is_empty();
         let row = Row {
-            occupant: index,
+            occupant: Occupant {
+                id: InstanceId { index, generation },
+                mesh,
+                layers: entry.layers,
+            },
             sphere: instance.sphere,
-            error_scale,
-            occluder_radius,
+            error_scale: instance.stretch.map(|stretch| stretch * instance.bias),
+            occluder_radius: if hides { instance.sphere.radius } else { 0.0 },
         };
         self.columns.set(slot as usize, &row);
     }
 
-    /// The mesh of an instance; `None` if that was removed.
+    /// The mesh of an instance; `None` if the instance was removed.
     #[must_use]
     pub fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
         let entry = self.entries.get(instance.index())?;
@@ -310,14 +280,14 @@ impl Scene {
         self.instances[instance.index()].world_from_local
     }
 
-    /// Brings the bounds of the scene up to date.
+    /// Orders new instances and updates the bounds of the scene.
     pub fn update(&mut self) {
         let mut unplaced = std::mem::take(&mut self.unplaced);
         unplaced.retain(|&index| self.entries[index as usize].mesh.is_some());
         sort_along_curve(&mut unplaced, |index| {
             self.instances[index as usize].sphere.center
         });
-        // An index may have passed to another instance in the meantime.
+        // The index of an instance that was removed and added again is in the list twice.
         unplaced.dedup();
         for &index in &unplaced {
             self.entries[index as usize].slot = Some(self.columns.free_slot());
@@ -336,14 +306,6 @@ impl Scene {
     #[must_use]
     pub fn instance_count(&self) -> usize {
         self.instances.len() - self.free.len()
-    }
-
-    /// The instance in a slot.
-    pub(crate) fn occupant(&self, slot: usize) -> Option<InstanceId> {
-        let index = self.columns.occupants[slot];
-        let entry = self.entries.get(index as usize)?;
-        let generation = entry.generation;
-        Some(InstanceId { index, generation })
     }
 
     /// The slot of an instance; `None` before the next update, and once removed.
@@ -368,7 +330,7 @@ impl Scene {
             world_from_local,
             bias,
             sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
-            // Beyond what rounding moves it by.
+            // Below the exact value in spite of rounding.
             stretch: [least * 0.999, largest],
         }
     }

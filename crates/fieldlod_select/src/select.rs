@@ -1,4 +1,4 @@
-//! From a scene and a view to cuts: the pass over all instances, the decisions on near instances, and the memory of
+//! From a scene and a view to cuts: the pass over all instances, the decisions on near instances, and the state of
 //! both. [`Selector`](crate::Selector) calls these steps in order.
 
 mod bounds_test;

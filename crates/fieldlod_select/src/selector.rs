@@ -9,12 +9,12 @@ use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
 use crate::view::View;
 
-/// Selects the cut of every instance of a scene in one view. It keeps the last cuts for the hysteresis and for the
-/// list of changes.
+/// Selects the cut of every instance of a scene in one view. It keeps the last cuts for the hysteresis and the list of
+/// changes.
 ///
 /// If the scene, the view or the settings have changed since the last frame, one pass tests all instances, eight at a
-/// time. Most are certainly outside the view, or within the limits of their level, and keep their cuts. The criterion
-/// decides the levels and groups of the others. The cuts equal those of deciding every group of every instance.
+/// time. Most are outside the view, or within the limits of their level, and keep their cuts. The criterion decides the
+/// levels and groups of the others. The cuts equal those of deciding every group of every instance.
 ///
 /// Without changes a frame returns at once.
 ///
@@ -44,7 +44,7 @@ pub struct Selector {
     cuts: SceneCuts,
     budget: BudgetSearch,
     /// Whether this selection has updated the visible shares.
-    has_seen: bool,
+    are_shares_known: bool,
 }
 
 impl Selector {
@@ -55,33 +55,32 @@ impl Selector {
     pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.cuts.begin();
-        self.has_seen = false;
+        self.are_shares_known = false;
         let view = view.with_margins(settings);
+        let settings = &settings.in_effect();
         self.select_frame(scene, &view, &self.budget.settings(settings));
-        // With a budget, more thresholds are tried until one keeps to it.
+        // A search tries other thresholds until the triangles fit the budget.
         while let Some(settings) = self.budget.next(settings, self.cuts.triangle_count) {
             self.cuts.statistics.budget_tries += 1;
             self.select_frame(scene, &view, &settings);
         }
     }
 
-    /// One selection by its thresholds; changes add up.
+    /// One selection. Its changes are added to those of other selections of the frame.
     fn select_frame(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let input = Input::new(scene, view, settings);
-        // A view of NaN equals none.
-        let is_settled = self.has_seen || !self.cuts.has_unsettled_shares;
+        let is_settled = self.are_shares_known || !self.cuts.has_unsettled_shares;
+        // A view of NaN does not equal itself.
         if self.last == Some(input) && is_settled {
             return;
         }
         let last = self.last.replace(input);
-        let is_first = last.is_none();
-        self.cuts.odometer.advance(last.as_ref(), &input);
-        let are_shares_known = std::mem::replace(&mut self.has_seen, true);
-        let frame = Frame::new(scene, view, settings, is_first, are_shares_known);
+        let frame = Frame::new(scene, &input, last, self.are_shares_known);
+        self.are_shares_known = true;
 
+        self.cuts.odometer.advance(&frame);
         self.cuts.update_limits(&frame);
         self.cuts.update_shares(&frame);
-        self.cuts.find_near(&frame);
         self.cuts.decide_near(&frame);
         self.cuts.enter_rest(&frame);
     }
@@ -96,11 +95,9 @@ impl Selector {
     /// Instances whose cut changed in the last selection, each with its units ascending.
     ///
     /// The order of the instances depends only on the scene and the views so far. It is not the order of their ids,
-    /// which would need a sort of all instances in the first frame: sort by [`Change::instance`] if you need it. If an
-    /// index has passed from one instance to another, the units that left the first come before those that entered
-    /// the second. With a triangle budget, or where other groups
-    /// [are available](Scene::set_available) than in the last selection, an instance may come more than once: apply
-    /// the changes one after the other.
+    /// which would need a sort of all instances in the first frame. If another instance has taken over an index, the
+    /// units that left the old instance come first. An instance may come more than once, with a triangle budget or
+    /// after [`Scene::set_available`]: apply the changes in order.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.cuts.changes.iter()
     }
@@ -111,14 +108,14 @@ impl Selector {
         self.cuts.triangle_count
     }
 
-    /// What the last selection did.
+    /// Counters of the last selection.
     #[must_use]
     pub fn statistics(&self) -> Statistics {
         self.cuts.statistics
     }
 
-    /// The [threshold](LodSettings::threshold_px) in use; with a triangle budget, the one that meets it. `None` before
-    /// the first selection.
+    /// The [threshold](LodSettings::threshold_px) of the last selection; with a triangle budget, the one that fits the
+    /// budget. `None` before the first selection.
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())

@@ -67,9 +67,9 @@ pub struct LodSettings {
     /// [`Selector`](crate::Selector) scales them up; the coarsest levels may still exceed it.
     /// [`select`](crate::select) ignores it.
     pub triangle_budget: Option<u64>,
-    /// Draws every instance at this level of its mesh, or at the coarsest level if it has fewer; 0 is the finest. It
-    /// overrides the levels of single instances
-    /// ([`Scene::set_forced_level`](crate::Scene::set_forced_level)). [`select`](crate::select) ignores it.
+    /// Draws every instance at this level of its mesh, or at the coarsest level if it has fewer; 0 is the finest.
+    /// [`triangle_budget`](Self::triangle_budget) and [`visible_flux`](Self::visible_flux) are ignored then.
+    /// [`select`](crate::select) ignores it.
     pub forced_level: Option<u32>,
     /// Rendered pixels per pixel of the view's target along one axis: 0.5 if an upscaler doubles both axes.
     /// Thresholds count rendered pixels.
@@ -181,18 +181,18 @@ impl LodSettings {
         }
     }
 
-    /// What [`group_error_px`](crate::group_error_px) is compared with, in rendered pixels and before
-    /// the hysteresis: `error_px` or, without it, `displacement_px`; infinite with neither.
+    /// The threshold of [`group_error_px`](crate::group_error_px), in rendered pixels and before the hysteresis: `error_px`
+    /// or, without it, `displacement_px`; infinite with neither.
     #[must_use]
     pub fn threshold_px(&self) -> f32 {
         self.error_weights().threshold_px
     }
 
-    /// Resolves the two optional thresholds. Displacements count in proportion to the thresholds, so
-    /// that one comparison does for both.
+    /// Combines the two optional thresholds: displacements are multiplied by the ratio of the thresholds, so that one
+    /// comparison is enough.
     pub(crate) fn error_weights(&self) -> ErrorWeights {
         let displacement_weight = match (self.error_px, self.displacement_px) {
-            // Also if a search for a budget makes both infinite.
+            // A budget search may make both infinite.
             (Some(error_px), Some(displacement_px)) if error_px == displacement_px => Some(1.0),
             (Some(error_px), Some(displacement_px)) => Some(error_px / displacement_px),
             (None, Some(_)) => Some(1.0),
@@ -205,6 +205,16 @@ impl LodSettings {
                 .unwrap_or(f32::INFINITY),
             counts_error: self.error_px.is_some(),
             displacement_weight,
+        }
+    }
+
+    /// The settings without those that a forced level ignores.
+    pub(crate) fn in_effect(&self) -> Self {
+        let is_free = self.forced_level.is_none();
+        Self {
+            triangle_budget: self.triangle_budget.filter(|_| is_free),
+            visible_flux: self.visible_flux.filter(|_| is_free),
+            ..*self
         }
     }
 
@@ -231,28 +241,28 @@ impl LodSettings {
     }
 }
 
-/// What the optional thresholds of [`LodSettings`] come to: which errors of a group count, and how
-/// much. The greater of them is compared with one threshold.
+/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is compared
+/// with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorWeights {
     pub(crate) threshold_px: f32,
     /// Whether the screen-space error counts.
     pub(crate) counts_error: bool,
-    /// How often a displacement counts, if at all.
+    /// Factor of displacements; `None` if they do not count.
     pub(crate) displacement_weight: Option<f32>,
 }
 
 /// The two thresholds of a hysteresis, in pixels of screen-space error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thresholds {
-    /// A group that is not refined becomes so above this.
+    /// A group that is not refined is refined above this.
     pub(crate) refine_above_px: f32,
-    /// A refined group stays so while above this.
+    /// A refined group stays refined above this.
     pub(crate) coarsen_below_px: f32,
 }
 
 impl Thresholds {
-    /// Whether an error asks for refinement; NaN does.
+    /// Whether an error exceeds the threshold; NaN does.
     pub(crate) fn exceeded_by(&self, error_px: f32, was_refined: bool) -> bool {
         let threshold_px = if was_refined {
             self.coarsen_below_px

@@ -1,4 +1,4 @@
-//! Views: a camera with its place in the world, and instances as it sees them.
+//! Views: a camera with its pose, and instances in camera space.
 
 mod instance_view;
 pub(crate) mod shadow_lights;
@@ -12,19 +12,19 @@ use crate::settings::LodSettings;
 pub use instance_view::InstanceView;
 use shadow_lights::{ShadowLight, ShadowLights};
 
-/// A camera with its place in the world.
+/// A camera with its pose in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     pub(crate) camera: Camera,
     /// The camera of the image itself, without margins.
     pub(crate) image_camera: Camera,
-    /// The camera that refined groups leave: as wide or wider.
+    /// The camera whose image refined groups leave: as wide or wider.
     pub(crate) kept_camera: Camera,
     /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
     /// the origin.
     pub(crate) camera_from_world: Mat3,
     pub(crate) eye_in_world: Vec3,
-    /// The layers that it sees.
+    /// The layers that it draws.
     pub(crate) layers: u64,
     /// The lights that may cast shadows into it.
     pub(crate) shadow_lights: ShadowLights,
@@ -46,9 +46,9 @@ impl View {
         }
     }
 
-    /// The same view, into which only these lights cast shadows: where what is outside of it counts
-    /// ([`Offscreen::OnAxis`](crate::Offscreen::OnAxis)), instances count that may throw a shadow of one of
-    /// them into it. Otherwise, and with more than four lights, all count.
+    /// The same view with the lights that cast shadows into it. With [`Offscreen::OnAxis`](crate::Offscreen::OnAxis),
+    /// instances outside the view count only if they may cast a shadow of one of these lights into it. All count with
+    /// more than four lights and without this call.
     #[must_use]
     pub fn with_shadow_lights(&self, lights: &[ShadowLight]) -> Self {
         Self {
@@ -57,8 +57,8 @@ impl View {
         }
     }
 
-    /// The same view, which sees only what is on one of `layers`
-    /// ([`Scene::set_layers`](crate::Scene::set_layers)). To begin with it sees all.
+    /// The same view, which draws only instances on one of `layers` ([`Scene::set_layers`](crate::Scene::set_layers)). A
+    /// new view draws all.
     #[must_use]
     pub fn with_layers(&self, layers: u64) -> Self {
         Self { layers, ..*self }
@@ -70,8 +70,8 @@ impl View {
         &self.camera
     }
 
-    /// The view that selection with `settings` looks at: wider by their `offscreen_margin` on each side,
-    /// and for refined groups by their `edge_hysteresis` more, at the same pixels per unit.
+    /// The view with the margins of `settings`: wider by `offscreen_margin` on each side, and for refined groups by
+    /// `edge_hysteresis` more, at the same pixels per unit.
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
         let camera = widened(&self.camera, settings.advanced.offscreen_margin);

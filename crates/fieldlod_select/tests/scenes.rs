@@ -1,520 +1,285 @@
-//! The selection of scenes, from scratch and incremental, against one instance at a time.
+//! Ids, layers, removals and unusual views of scenes; what a frame decides again.
 
 mod common;
 
 use camera_field::Camera;
-use common::{
-    HIERARCHIES, any_camera, any_placement, any_settings, hierarchies, look, orthographic,
-    perspective, synthetic, vector, zoomed,
-};
-use fieldlod_hierarchy::Hierarchy;
+use common::world::{Placed, World, step_of_walk};
+use common::{hierarchies, look, orthographic, perspective, vector, zoomed};
+use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    AdvancedSettings, InstanceId, InstanceView, LodSettings, MeshId, OcclusionBuffer, Scene,
-    Selector, View, VisibleFlux, naive, visible_error_px,
+    AdvancedSettings, GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene,
+    Selector, ShadowLight, Statistics, View, VisibleFlux,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 
-/// The specification: every instance by itself, with the bits of the last cut.
-#[derive(Default)]
-struct Naive {
-    refined: Vec<Vec<bool>>,
-    shares: Vec<Vec<HeldShare>>,
-}
-
-/// What counts as visible of a group.
-#[derive(Clone, Copy, Default)]
-struct HeldShare {
-    share: f32,
-    peak: f32,
-    waited: u8,
-}
-
-impl HeldShare {
-    /// More counts at once, and less after some frames, if the group was refined.
-    fn update(&mut self, seen: f32, was_refined: bool, hold_frames: u8) {
-        if seen >= self.share || !was_refined {
-            (self.share, self.waited) = (seen, 0);
-            return;
-        }
-        self.peak = match self.waited {
-            0 => seen,
-            _ => seen.max(self.peak),
-        };
-        if self.waited >= hold_frames {
-            (self.share, self.waited) = (self.peak, 0);
-        } else {
-            self.waited += 1;
-        }
-    }
-}
-
-impl Naive {
-    fn select(
-        &mut self,
-        scene: &Scene,
-        ids: &[InstanceId],
-        placed: &[Placed],
-        view: &View,
-        settings: &LodSettings,
-    ) -> Vec<Vec<u32>> {
-        self.refined.resize(placed.len(), Vec::new());
-        self.shares.resize(placed.len(), Vec::new());
-        let view = view.with_margins(settings);
-        let flux = settings.visible_flux;
-        let buffer = flux.map(|flux| OcclusionBuffer::new(scene, &view, flux.occluder_triangles));
-        let one = |(index, refined): (usize, &mut Vec<bool>)| {
-            let (placed, held) = (&placed[index], &mut self.shares[index]);
-            let hierarchy = &hierarchies()[placed.mesh];
-            refined.resize(hierarchy.groups.len(), false);
-            let before = refined.clone();
-            let instance = InstanceView::new(&view, &placed.placement);
-            // What is visible of each group.
-            let (mut seen, last) = (Vec::new(), hierarchy.groups.len() - 1);
-            let is_whole = hierarchy.groups.len() == hierarchy.units.len();
-            held.resize(hierarchy.groups.len(), HeldShare::default());
-            if let (Some(flux), Some(buffer)) = (&flux, &buffer) {
-                seen = buffer.visible_shares(scene, ids[index]);
-                for (group, held) in held.iter_mut().enumerate() {
-                    // Of a mesh as a whole one share is held for all levels that are refined.
-                    let was_refined = match is_whole {
-                        true => before[..last].contains(&true),
-                        false => before[group],
-                    };
-                    held.update(seen[group], was_refined, flux.hold_frames);
-                }
-            }
-            let counted = |group: usize| match is_whole && !before[group] {
-                true => seen[group],
-                false => held[group].share,
-            };
-            let share = |group: usize| match &flux {
-                Some(flux) => counted(group).max(flux.least_share).min(1.0),
-                None => 1.0,
-            };
-            let errors: Vec<f32> = hierarchy
-                .groups
-                .iter()
-                .enumerate()
-                .map(|(index, group)| {
-                    let was_refined = before[index];
-                    visible_error_px(group, &instance, settings, was_refined, share(index))
-                })
-                .collect();
-            // A bias is a threshold of one's own.
-            let settings = LodSettings {
-                resolution_scale: settings.resolution_scale * placed.bias,
-                ..*settings
-            };
-            let error_px = |group: usize| errors[group];
-            let was_refined = |group: usize| before[group];
-            for (group, bit) in refined.iter_mut().enumerate() {
-                *bit = naive::is_refined(hierarchy, group, &settings, &was_refined, &error_px);
-            }
-            naive::select(hierarchy, &settings, &was_refined, &error_px)
-        };
-        self.refined.iter_mut().enumerate().map(one).collect()
-    }
-}
-
-#[derive(Clone, Debug)]
-struct Placed {
-    mesh: usize,
-    placement: Affine3A,
-    bias: f32,
-}
-
-fn any_instances() -> impl Strategy<Value = Vec<Placed>> {
-    let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
-    let one = (0usize..HIERARCHIES, any_placement(), vector(), bias).prop_map(
-        |(mesh, placement, shift, bias)| {
-            let placement =
-                Affine3A::from_translation(shift * shift.length_squared() * 100.0) * placement;
-            Placed {
-                mesh,
-                placement,
-                bias,
-            }
+/// Settings whose cuts do not depend on the last cuts.
+fn without_hysteresis() -> LodSettings {
+    LodSettings {
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            edge_hysteresis: 0.0,
+            ..AdvancedSettings::default()
         },
-    );
-    prop::collection::vec(one, 1..60)
+        ..LodSettings::default()
+    }
 }
 
-fn any_flux() -> impl Strategy<Value = Option<VisibleFlux>> {
-    let flux =
-        (0u32..4000, 0u8..4, 0.0f32..0.5).prop_map(|(triangles, hold_frames, least)| VisibleFlux {
-            occluder_triangles: triangles,
-            hold_frames,
-            least_share: (least - 0.2).max(0.0),
-        });
-    prop_oneof![1 => Just(None), 2 => flux.prop_map(Some)]
+fn one_view() -> View {
+    look(perspective(1.0), Vec3::new(0.3, 0.2, 6.0), Vec3::ZERO)
 }
 
-fn scene_of(placed: &[Placed]) -> (Scene, Vec<InstanceId>) {
+#[test]
+fn ids_are_unique_and_indices_are_reused() {
     let mut scene = Scene::default();
-    let meshes: Vec<MeshId> = hierarchies()
-        .iter()
-        .map(|h: &Hierarchy| scene.add_mesh(h))
-        .collect();
-    let ids = placed
-        .iter()
-        .map(|p| scene.add_instance(meshes[p.mesh], p.placement, p.bias))
-        .collect();
+    let mesh = scene.add_mesh(&hierarchies()[3]);
+    let first = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    scene.remove(first);
+    let second = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    assert_eq!(first.index(), second.index());
+    assert_ne!(first, second);
+    assert_eq!(scene.instance_count(), 1);
+    let meshes = (scene.mesh_of(first), scene.mesh_of(second));
+    assert_eq!(meshes, (None, Some(mesh)));
+    // Changes of the first do not reach the second.
+    scene.remove(first);
+    scene.set_placement(first, Affine3A::from_translation(Vec3::splat(1e6)));
     scene.update();
-    (scene, ids)
-}
-
-fn cuts(selector: &Selector, scene: &Scene, ids: &[InstanceId]) -> Vec<Vec<u32>> {
-    ids.iter()
-        .map(|&id| selector.units(scene, id).to_vec())
-        .collect()
-}
-
-/// Applies what a selection says has changed.
-fn apply(selector: &Selector, cuts: &mut [Vec<u32>]) {
-    for change in selector.changes() {
-        let cut = &mut cuts[change.instance.index()];
-        cut.retain(|unit| !change.left.contains(unit));
-        cut.extend(change.entered);
-        cut.sort_unstable();
-    }
-}
-
-/// A walk from a place: each step goes, turns and may do something else.
-struct Walk {
-    eye: Vec3,
-    target: Vec3,
-    steps: Vec<(Vec3, Vec3, u8)>,
-}
-
-/// Walks through a scene, and compares each cut with the naive one.
-fn check_walk(
-    mut placed: Vec<Placed>,
-    mut camera: Camera,
-    settings: &LodSettings,
-    walk: Walk,
-) -> Result<(), TestCaseError> {
-    let (mut scene, ids) = scene_of(&placed);
-    let mut naive = Naive::default();
     let mut selector = Selector::default();
-    let mut followed = vec![Vec::new(); ids.len()];
-    let Walk {
-        mut eye,
-        mut target,
-        steps,
-    } = walk;
-    for (go, turn, event) in steps {
-        // Mostly small steps; now and then a jump, a standstill or a moved object.
-        match event {
-            0 => eye += go * 50.0,
-            1 => {}
-            2 => {
-                let moved = (go.x.to_bits() as usize) % placed.len();
-                placed[moved].placement.translation += glam::Vec3A::from(go);
-                scene.set_placement(ids[moved], placed[moved].placement);
-                scene.update();
-            }
-            3 => target += turn * 30.0,
-            4 => camera = zoomed(camera, 1.0 + turn.x * 0.02),
-            _ => {
-                eye += go * 0.1;
-                target += turn * 0.1;
-            }
+    selector.select(&scene, &one_view(), &LodSettings::default());
+    assert!(selector.units(&scene, first).is_empty());
+    assert!(selector.units(&scene, second).len() > 1);
+}
+
+#[test]
+fn ids_of_removed_meshes_are_reused() {
+    let mut scene = Scene::default();
+    let [first, second] = [0, 1].map(|which| scene.add_mesh(&hierarchies()[which]));
+    scene.remove_mesh(first);
+    scene.remove_mesh(first);
+    let third = scene.add_mesh(&hierarchies()[2]);
+    assert_eq!(third, first);
+    let fourth = scene.add_mesh(&hierarchies()[3]);
+    assert!(fourth != third && fourth != second);
+}
+
+#[test]
+fn units_leave_with_their_instance_and_mesh() {
+    let mut scene = Scene::default();
+    // In pieces, as a whole, and at the coarsest level.
+    let far = Affine3A::from_translation(Vec3::Z * -1e6);
+    let near = Affine3A::IDENTITY;
+    for (which, placement) in [(0, near), (5, near), (0, far)] {
+        let mesh = scene.add_table(GroupTable::new(&hierarchies()[which]));
+        let id = scene.add_instance(mesh, placement, 1.0);
+        scene.update();
+        let mut selector = Selector::default();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        let drawn = selector.units(&scene, id).to_vec();
+        assert!(!drawn.is_empty());
+        scene.remove(id);
+        scene.remove_mesh(mesh);
+        scene.update();
+        selector.select(&scene, &one_view(), &LodSettings::default());
+        let changes: Vec<_> = selector.changes().collect();
+        assert_eq!(changes.len(), 1);
+        assert_eq!((changes[0].instance, changes[0].left), (id, &drawn[..]));
+        assert!(changes[0].entered.is_empty() && selector.units(&scene, id).is_empty());
+        assert_eq!(selector.triangle_count(), 0);
+    }
+}
+
+#[test]
+fn whole_mesh_is_drawn_at_one_level_by_distance() {
+    let distances = [-4.0, 10.0, 30.0, 100.0, 1000.0, 1e6];
+    let place = |z: &f32| Placed::new(5, Affine3A::from_translation(Vec3::Z * -z));
+    let world = World::new(&distances.iter().map(place).collect::<Vec<_>>());
+    let drawn = world.cuts(&world.select(&one_view(), &LodSettings::default()));
+    assert!(drawn.iter().all(|units| units.len() == 1));
+    assert!(drawn.is_sorted(), "{drawn:?}");
+    assert_eq!((drawn[0][0], drawn[5][0]), (0, 11));
+}
+
+#[test]
+fn still_camera_decides_nothing_and_walk_decides_few() {
+    // Clusters and whole meshes.
+    for (mesh, side, spacing) in [(0, 30, 9.0), (5, 60, 9.0)] {
+        let world = World::forest(mesh, side, spacing);
+        let settings = LodSettings::default();
+        let mut selector = world.select(&step_of_walk(0), &settings);
+        let count = usize::from(side * side);
+        assert_eq!(selector.changes().count(), count);
+        selector.select(&world.scene, &step_of_walk(0), &settings);
+        assert_eq!(selector.statistics(), Statistics::default());
+        assert_eq!(selector.changes().count(), 0);
+        let coarsest =
+            world.cuts(&world.select(&step_of_walk(0), &LodSettings::with_error_px(f32::INFINITY)));
+        let (mut decided, mut finer) = (0, 0);
+        for step in 1..60 {
+            selector.select(&world.scene, &step_of_walk(step), &settings);
+            decided += selector.statistics().instances_decided;
+            let cuts = world.cuts(&selector);
+            finer += cuts.iter().zip(&coarsest).filter(|(a, b)| a != b).count();
         }
-        let view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
-        let expected = naive.select(&scene, &ids, &placed, &view, settings);
-        selector.select(&scene, &view, settings);
-        prop_assert_eq!(&cuts(&selector, &scene, &ids), &expected);
-        apply(&selector, &mut followed);
-        prop_assert_eq!(&followed, &expected);
-        let triangles = expected.iter().zip(&placed).flat_map(|(units, placed)| {
-            let of_mesh = &hierarchies()[placed.mesh].units;
-            units
-                .iter()
-                .map(|&unit| u64::from(of_mesh[unit as usize].triangle_count))
-        });
-        prop_assert_eq!(selector.triangle_count(), triangles.sum::<u64>());
+        assert!(finer > 59 * 20, "mesh {mesh}: {finer}");
+        assert!(decided * 2 < finer, "mesh {mesh}: {decided} of {finer}");
     }
-    Ok(())
 }
 
-fn any_steps() -> impl Strategy<Value = Vec<(Vec3, Vec3, u8)>> {
-    prop::collection::vec((vector(), vector(), 0u8..10), 8..20)
-}
-
-/// Walls, and many small things behind them.
-fn any_crowd() -> impl Strategy<Value = Vec<Placed>> {
-    let scaled = |mesh: usize, at: Vec3, scale: Vec3| Placed {
-        mesh,
-        placement: Affine3A::from_translation(at) * Affine3A::from_scale(scale),
-        bias: 1.0,
+#[test]
+fn instances_on_other_layers_are_skipped_until_shown() {
+    let mut world = World::forest(3, 40, 3.0);
+    let set_layers = |world: &mut World, layers| {
+        for id in world.ids() {
+            world.scene.set_layers(id, layers);
+        }
+        world.scene.update();
     };
-    let wall = (vector(), 1.0f32..4.0).prop_map(move |(at, size)| {
-        let place = at * Vec3::new(6.0, 1.0, 2.0) - Vec3::Z * 6.0;
-        scaled(0, place, Vec3::new(size, size, 0.2))
-    });
-    let small = (0usize..HIERARCHIES, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
-        let place = at * Vec3::new(15.0, 2.0, 20.0) - Vec3::Z * 32.0;
-        scaled(mesh, place, Vec3::splat(size))
-    });
-    let (walls, crowd) = (
-        prop::collection::vec(wall, 1..4),
-        prop::collection::vec(small, 20..120),
-    );
-    (walls, crowd).prop_map(|(walls, crowd)| walls.into_iter().chain(crowd).collect())
+    set_layers(&mut world, 0);
+    let settings = LodSettings::default();
+    let mut selector = Selector::default();
+    for step in 0..50 {
+        selector.select(&world.scene, &step_of_walk(step), &settings);
+        assert_eq!(selector.statistics().instances_decided, 0);
+        assert_eq!(selector.changes().count(), 0);
+    }
+    // They are drawn in the frame in which they are shown.
+    set_layers(&mut world, u64::MAX);
+    selector.select(&world.scene, &step_of_walk(50), &settings);
+    let shown = world.select(&step_of_walk(50), &settings);
+    assert_eq!(world.cuts(&selector), world.cuts(&shown));
+    assert_eq!(selector.changes().count(), 1600);
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
+#[test]
+fn view_of_nan_refines_all_and_the_next_view_recovers() {
+    let world = World::new(&[Placed::new(0, Affine3A::IDENTITY)]);
+    let settings = without_hysteresis();
+    let mut selector = world.select(&one_view(), &settings);
+    let before = world.cuts(&selector);
+    let nowhere = Affine3A::from_translation(Vec3::splat(f32::NAN));
+    let nowhere = View::new(perspective(1.0), &nowhere);
+    selector.select(&world.scene, &nowhere, &settings);
+    let all = hierarchies()[0].source_triangle_count();
+    assert_eq!(selector.triangle_count(), all);
+    selector.select(&world.scene, &one_view(), &settings);
+    assert_eq!(world.cuts(&selector), before);
+}
 
-    #[test]
-    fn incremental_equals_naive_along_a_walk(
-        placed in any_instances(),
-        camera in any_camera(),
-        settings in any_settings(),
-        flux in any_flux(),
-        start in vector(),
-        steps in any_steps(),
-    ) {
-        let settings = LodSettings { visible_flux: flux, ..settings };
-        check_walk(placed, camera, &settings, Walk { eye: start * 30.0, target: Vec3::ZERO, steps })?;
+#[test]
+fn levels_go_on_after_other_decisions() {
+    let mut world = World::forest(5, 30, 9.0);
+    let free = without_hysteresis();
+    let flux = VisibleFlux {
+        hold_frames: 0,
+        ..VisibleFlux::default()
+    };
+    let hiding = LodSettings {
+        visible_flux: Some(flux),
+        ..free
+    };
+    let forced = LodSettings {
+        forced_level: Some(3),
+        ..free
+    };
+    let mut selector = Selector::default();
+    for step in 0..40u16 {
+        let settings = [free, hiding, free, forced][usize::from(step / 5 % 4)];
+        let view = step_of_walk(step);
+        selector.select(&world.scene, &view, &settings);
+        let expected = world.cuts(&world.select(&view, &settings));
+        assert_eq!(world.cuts(&selector), expected, "step {step}");
     }
+    // Loaded in parts: the finest available level is drawn.
+    let view = step_of_walk(40);
+    let wanted = world.cuts(&world.select(&view, &free));
+    for finest in [5, 7, 0] {
+        world
+            .scene
+            .set_available(world.meshes[5], |group| group >= finest);
+        selector.select(&world.scene, &view, &free);
+        let available = wanted.iter().map(|drawn| vec![drawn[0].max(finest)]);
+        assert_eq!(world.cuts(&selector), available.collect::<Vec<_>>());
+    }
+    // A removed instance leaves at its level.
+    let id = world.ids()[0];
+    let level = selector.units(&world.scene, id).to_vec();
+    world.scene.remove(id);
+    world.scene.update();
+    selector.select(&world.scene, &view, &free);
+    let changes: Vec<_> = selector.changes().collect();
+    assert_eq!(changes.len(), 1);
+    assert_eq!((changes[0].instance, changes[0].left), (id, &level[..]));
+}
+
+/// Whether a sphere swept along a direction meets the image of a view.
+fn may_cast(center: Vec3, radius: f32, direction: Vec3, sees: &impl Fn(Vec3) -> bool) -> bool {
+    let axes = Vec3::AXES.map(|axis| [axis, -axis]);
+    let ring = axes.as_flattened().iter().chain([&Vec3::ZERO]);
+    let steps = (0u16..600).map(|step| f32::from(step) * 0.5);
+    let mut points = steps.flat_map(|way| {
+        let around = ring.clone();
+        around.map(move |out| center + *out * radius + direction * way)
+    });
+    points.any(sees)
 }
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
+    /// An instance that may cast a shadow into the view is drawn as if all instances might.
     #[test]
-    fn incremental_equals_naive_along_a_walk_past_walls(
-        placed in any_crowd(),
-        settings in any_settings(),
-        flux in any_flux(),
-        start in vector(),
-        steps in any_steps(),
+    fn shadow_casters_keep_their_cuts(
+        places in prop::collection::vec(vector(), 60..120),
+        (eye, step, turn) in (vector(), vector(), vector()),
+        (sun, lamp, by_lamp) in (vector(), vector(), any::<bool>()),
+        is_orthographic in any::<bool>(),
+        (pace, zoom) in (prop_oneof![Just(1.0f32), Just(0.05f32)], prop_oneof![Just(0.0f32), -0.02f32..0.02]),
     ) {
-        let settings = LodSettings { visible_flux: flux, ..settings };
-        check_walk(placed, perspective(1.0), &settings, Walk { eye: start, target: Vec3::Z * -30.0, steps })?;
-    }
-}
-
-/// A forest of balls, `side` on each side.
-fn forest(side: u16) -> (Scene, Vec<InstanceId>) {
-    let mut scene = Scene::default();
-    let ball = scene.add_mesh(&synthetic::ball(4, 0.002));
-    let place = |index: u16| {
-        let (x, z) = (f32::from(index % side), f32::from(index / side));
-        Affine3A::from_translation(Vec3::new(x * 3.0, 0.0, z * -3.0))
-    };
-    let ids = (0..side * side).map(|index| scene.add_instance(ball, place(index), 1.0));
-    let ids = ids.collect();
-    scene.update();
-    (scene, ids)
-}
-
-fn step_of_walk(step: u16) -> View {
-    let eye = Vec3::new(5.0 + f32::from(step) * 0.02, 1.5, 4.0);
-    look(perspective(1.0), eye, eye + Vec3::new(0.2, -0.1, -1.0))
-}
-
-#[test]
-fn still_camera_decides_nothing_and_walking_one_little() {
-    let (scene, _) = forest(40);
-    let mut selector = Selector::default();
-    let settings = LodSettings::default();
-    selector.select(&scene, &step_of_walk(0), &settings);
-    assert!(selector.changes().count() == 1600);
-    selector.select(&scene, &step_of_walk(0), &settings);
-    assert_eq!(
-        selector.statistics(),
-        fieldlod_select::Statistics::default()
-    );
-    assert_eq!(selector.changes().count(), 0);
-    let decided: usize = (1..50)
-        .map(|step| {
-            selector.select(&scene, &step_of_walk(step), &settings);
-            selector.statistics().instances_decided
-        })
-        .sum();
-    assert!(decided < 49 * 1600 / 4, "{decided}");
-}
-
-#[test]
-fn instances_on_other_layers_are_skipped_until_shown() {
-    let (mut scene, ids) = forest(40);
-    let (shown, _) = forest(40);
-    ids.iter().for_each(|&id| scene.set_layers(id, 0));
-    scene.update();
-    let settings = LodSettings::default();
-    let (mut selector, mut other) = (Selector::default(), Selector::default());
-    for step in 0..50 {
-        selector.select(&scene, &step_of_walk(step), &settings);
-        let statistics = selector.statistics();
-        assert_eq!(statistics.instances_decided, 0);
-        assert_eq!(selector.changes().count(), 0);
-    }
-    // In the very frame in which it is shown it is drawn as if it had always been.
-    ids.iter().for_each(|&id| scene.set_layers(id, u64::MAX));
-    scene.update();
-    selector.select(&scene, &step_of_walk(50), &settings);
-    other.select(&shown, &step_of_walk(50), &settings);
-    let drawn = |selector: &Selector, scene| cuts(selector, scene, &ids);
-    assert_eq!(drawn(&selector, &scene), drawn(&other, &shown));
-    assert_eq!(selector.changes().count(), 1600);
-}
-
-#[test]
-fn a_removed_instance_draws_nothing() {
-    let (mut scene, ids) = scene_of(&[Placed {
-        mesh: 0,
-        placement: Affine3A::IDENTITY,
-        bias: 1.0,
-    }]);
-    let mut selector = Selector::default();
-    let view = look(orthographic(), Vec3::Z * 5.0, Vec3::ZERO);
-    selector.select(&scene, &view, &LodSettings::default());
-    assert!(!selector.units(&scene, ids[0]).is_empty());
-    scene.remove(ids[0]);
-    scene.update();
-    selector.select(&scene, &view, &LodSettings::default());
-    assert!(selector.units(&scene, ids[0]).is_empty());
-    assert_eq!(selector.triangle_count(), 0);
-    assert!(selector.changes().all(|change| change.entered.is_empty()));
-}
-
-#[test]
-fn a_view_of_nan_refines_all_and_the_next_view_recovers() {
-    let (scene, ids) = scene_of(&[Placed {
-        mesh: 0,
-        placement: Affine3A::IDENTITY,
-        bias: 1.0,
-    }]);
-    let mut selector = Selector::default();
-    let settings = LodSettings {
-        advanced: AdvancedSettings {
-            hysteresis: 1.0,
-            ..AdvancedSettings::default()
-        },
-        ..LodSettings::default()
-    };
-    let view = look(perspective(1.0), Vec3::Z * 5.0, Vec3::ZERO);
-    selector.select(&scene, &view, &settings);
-    let before = selector.units(&scene, ids[0]).to_vec();
-    let nowhere = View::new(
-        perspective(1.0),
-        &Affine3A::from_translation(Vec3::splat(f32::NAN)),
-    );
-    selector.select(&scene, &nowhere, &settings);
-    assert_eq!(
-        selector.triangle_count(),
-        hierarchies()[0].source_triangle_count()
-    );
-    selector.select(&scene, &view, &settings);
-    assert_eq!(selector.units(&scene, ids[0]), before);
-}
-
-#[test]
-fn a_budget_is_kept_in_every_frame_and_does_not_breathe() {
-    let (scene, _) = forest(20);
-    let free = triangles_without_budget(&scene, &step_of_walk(0));
-    for share in [0.5, 0.7, 0.9] {
-        let budget = (free as f64 * share) as u64;
-        let settings = LodSettings::with_triangle_budget(budget);
-        let mut selector = Selector::default();
-        let mut thresholds = 0;
-        let mut last = None;
-        for step in 0..120 {
-            let view = step_of_walk(step);
-            selector.select(&scene, &view, &settings);
-            assert_kept(&scene, &view, &selector, budget);
-            thresholds += usize::from(last != selector.threshold_px());
-            last = selector.threshold_px();
-        }
-        assert!(
-            thresholds < 40,
-            "{budget}: {thresholds} thresholds in 120 frames"
-        );
-    }
-}
-
-fn triangles_without_budget(scene: &Scene, view: &View) -> u64 {
-    let mut selector = Selector::default();
-    selector.select(scene, view, &LodSettings::default());
-    selector.triangle_count()
-}
-
-/// A budget is used up unless less is asked for, and never exceeded.
-fn assert_kept(scene: &Scene, view: &View, selector: &Selector, budget: u64) {
-    let count = selector.triangle_count();
-    assert!(count <= budget, "{count} of {budget}");
-    let threshold_px = selector.threshold_px().unwrap();
-    assert!(threshold_px >= 1.0, "{threshold_px}");
-    let wanted = budget.min(triangles_without_budget(scene, view));
-    assert!(count as f64 > 0.9 * wanted as f64, "{count} of {wanted}");
-}
-
-/// Jumps, a lens that zooms and a new budget.
-#[test]
-fn a_budget_is_kept_after_any_change() {
-    let (scene, _) = forest(20);
-    let mut selector = Selector::default();
-    let mut stops = Vec::new();
-    for (eye, fov_y) in [
-        (Vec3::new(5.0, 1.5, 4.0), 1.0),
-        (Vec3::new(30.0, 9.0, -20.0), 1.0),
-        (Vec3::new(5.0, 1.5, 4.0), 0.4),
-        (Vec3::new(55.0, 3.0, -3.0), 1.3),
-    ] {
-        let shares = [100_000, 200_000, 400_000, 900_000];
-        stops.extend(shares.map(|budget| (eye, fov_y, budget)));
-    }
-    for (eye, fov_y, budget) in stops {
-        let settings = LodSettings::with_triangle_budget(budget);
-        for frame in 0..20u8 {
-            let sway = Vec3::X * (f32::from(frame % 4) * 0.01);
-            let view = look(perspective(fov_y), eye + sway, Vec3::new(28.0, 0.0, -30.0));
-            selector.select(&scene, &view, &settings);
-            if frame > 2 {
-                assert_kept(&scene, &view, &selector, budget);
+        let mut scene = Scene::default();
+        // In pieces and as a whole.
+        let rock = &hierarchies()[0];
+        let meshes = [scene.add_mesh(rock), scene.add_mesh(&rock.whole_mesh_levels().unwrap())];
+        let rocks: Vec<(InstanceId, Vec3)> = places.iter().zip(meshes.iter().cycle()).map(|(place, mesh)| {
+            let at = *place * 30.0;
+            (scene.add_instance(*mesh, Affine3A::from_translation(at), 1.0), at)
+        }).collect();
+        scene.update();
+        let mut settings = without_hysteresis();
+        settings.advanced.offscreen = Offscreen::OnAxis { bias: 1.0 };
+        let (mut all, mut lit) = (Selector::default(), Selector::default());
+        let mut fewer = 0;
+        let lens = if is_orthographic { orthographic() } else { perspective(0.8) };
+        for frame in 0u8..16 {
+            let lens = zoomed(lens, 1.0 + zoom * f32::from(frame));
+            let frame = f32::from(frame) * pace;
+            let at = eye * 10.0 + step * frame;
+            let view = look(lens, at, at + Vec3::NEG_Z * 5.0 + turn * frame * 0.3);
+            let direction = (sun + Vec3::Y * 0.01 * frame + Vec3::splat(0.011)).normalize();
+            let reach = Sphere { center: lamp * 20.0 + step * frame, radius: 12.0 };
+            let light = if by_lamp { ShadowLight::Lamp(reach) } else { ShadowLight::Sun(direction) };
+            all.select(&scene, &view, &settings);
+            lit.select(&scene, &view.with_shadow_lights(&[light]), &settings);
+            let seen = InstanceView::new(&view, &Affine3A::IDENTITY);
+            let sees = |point: Vec3| {
+                let point = seen.sphere_in_camera(&Sphere { center: point, radius: 0.0 }).center;
+                match view.camera() {
+                    Camera::Perspective(camera) => camera.contains(point),
+                    Camera::Orthographic(camera) => camera.contains(point),
+                }
+            };
+            for &(rock, place) in &rocks {
+                let (of_all, of_lit) = (all.units(&scene, rock), lit.units(&scene, rock));
+                let casts = if by_lamp {
+                    place.distance(reach.center) < reach.radius
+                } else {
+                    may_cast(place, 0.9, direction, &sees)
+                };
+                prop_assert!(of_all == of_lit || !casts && !sees(place));
+                prop_assert!(of_lit.len() <= of_all.len());
+                fewer += usize::from(of_all != of_lit);
             }
         }
-    }
-}
-
-#[test]
-fn a_budget_that_is_out_of_reach_costs_little() {
-    let (scene, _) = forest(20);
-    let mut selector = Selector::default();
-    // Less than everything at its coarsest.
-    let settings = LodSettings::with_triangle_budget(10);
-    let mut searches = 0;
-    for step in 0..60 {
-        selector.select(&scene, &step_of_walk(step), &settings);
-        searches += usize::from(selector.statistics().budget_tries > 0);
-    }
-    assert!(searches <= 4, "{searches}");
-    assert_eq!(selector.threshold_px(), Some(f32::INFINITY));
-    // Within reach, it is used again.
-    let settings = LodSettings::with_triangle_budget(200_000);
-    let view = step_of_walk(60);
-    for _ in 0..3 {
-        selector.select(&scene, &view, &settings);
-    }
-    assert_kept(&scene, &view, &selector, 200_000);
-    // One object, whose groups are large steps.
-    let mut scene = Scene::default();
-    let mesh = scene.add_mesh(&hierarchies()[0]);
-    scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
-    scene.update();
-    let view = look(perspective(1.0), Vec3::Z * 3.0, Vec3::ZERO);
-    let free = triangles_without_budget(&scene, &view);
-    for budget in (1..20).map(|step| free * step / 20) {
-        let settings = LodSettings::with_triangle_budget(budget);
-        let mut selector = Selector::default();
-        let mut searches = Vec::new();
-        for _ in 0..10 {
-            selector.select(&scene, &view, &settings);
-            searches.push(selector.statistics().budget_tries);
-        }
-        assert_eq!(searches[4..], [0; 6], "{budget}");
+        prop_assert!(!by_lamp || fewer > 0);
     }
 }

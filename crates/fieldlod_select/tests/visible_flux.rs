@@ -1,13 +1,11 @@
-//! What is hidden counts less: at once when it comes into view, late when it goes out of it.
+//! Hidden instances count less: at once when they come into view, late when they go out of it.
 
 mod common;
 
-use camera_field::{Camera, Intrinsics};
-use common::{hierarchies, look, perspective};
-use fieldlod_select::{
-    InstanceId, LodSettings, OcclusionBuffer, Scene, Selector, Statistics, View, VisibleFlux,
-};
-use glam::{Affine3A, Quat, Vec2, Vec3};
+use common::world::{Placed, World};
+use common::{look, perspective};
+use fieldlod_select::{InstanceId, LodSettings, OcclusionBuffer, Statistics, View, VisibleFlux};
+use glam::{Affine3A, Quat, Vec3};
 
 const HOLD_FRAMES: u8 = 6;
 
@@ -22,207 +20,146 @@ fn settings() -> LodSettings {
     }
 }
 
-/// A rock behind a wall, which is a flattened rock.
-fn scene() -> (Scene, [InstanceId; 2]) {
-    let mut scene = Scene::default();
-    let rock = scene.add_mesh(&hierarchies()[0]);
-    let mut add = |at: Vec3, scale: Vec3| {
-        let placement = Affine3A::from_translation(at) * Affine3A::from_scale(scale);
-        scene.add_instance(rock, placement, 1.0)
+/// A wall, which is a flattened rock, and a rock behind it.
+fn world() -> (World, [InstanceId; 2]) {
+    let place = |at: Vec3, scale: Vec3| {
+        Placed::new(
+            0,
+            Affine3A::from_translation(at) * Affine3A::from_scale(scale),
+        )
     };
-    let ids = [
-        add(Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.5, 2.5, 0.3)),
-        add(Vec3::new(0.0, 0.0, -12.0), Vec3::ONE),
-    ];
-    scene.update();
-    (scene, ids)
+    let world = World::new(&[
+        place(Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.5, 2.5, 0.3)),
+        place(Vec3::new(0.0, 0.0, -12.0), Vec3::ONE),
+    ]);
+    let ids = world.ids().try_into().unwrap();
+    (world, ids)
 }
 
-/// From before the wall, and from beside it.
-fn view(is_beside: bool) -> View {
-    let eye = Vec3::new(if is_beside { 9.0 } else { 0.0 }, 0.0, 0.0);
-    look(perspective(1.0), eye, Vec3::new(0.0, 0.0, -12.0))
+/// From before the wall, where it hides the rock, and from beside it.
+fn views() -> [View; 2] {
+    let from = |x: f32| look(perspective(1.0), Vec3::X * x, Vec3::new(0.0, 0.0, -12.0));
+    [from(0.0), from(9.0)]
 }
 
-/// The units of an instance that is seen as a whole, from beside the wall, without any memory.
-fn seen_units(scene: &Scene, id: InstanceId, view: &View) -> Vec<u32> {
-    let mut selector = Selector::default();
+/// The units of an instance that nothing hides.
+fn seen_units(world: &World, id: InstanceId, view: &View) -> Vec<u32> {
     let plain = LodSettings {
         visible_flux: None,
         ..settings()
     };
-    selector.select(scene, view, &plain);
-    selector.units(scene, id).to_vec()
+    world.select(view, &plain).units(&world.scene, id).to_vec()
 }
 
 #[test]
-fn what_is_hidden_is_drawn_at_its_coarsest() {
-    let (scene, [_, rock]) = scene();
-    let mut selector = Selector::default();
-    selector.select(&scene, &view(false), &settings());
-    let hidden = selector.units(&scene, rock).len();
-    let seen = seen_units(&scene, rock, &view(false)).len();
+fn hidden_instance_is_drawn_at_its_coarsest() {
+    let (world, [_, rock]) = world();
+    let [hiding, _] = views();
+    let selector = world.select(&hiding, &settings());
+    let hidden = selector.units(&world.scene, rock).len();
+    let seen = seen_units(&world, rock, &hiding).len();
     assert!(hidden > 0 && hidden * 4 < seen, "{hidden} of {seen} units");
 }
 
 #[test]
-fn what_comes_out_of_hiding_is_refined_in_the_same_frame() {
-    let (mut scene, [wall, rock]) = scene();
-    let mut selector = Selector::default();
-    for _ in 0..20 {
-        selector.select(&scene, &view(false), &settings());
-    }
+fn instance_that_appears_is_refined_in_the_same_frame() {
+    let (mut world, [wall, rock]) = world();
+    let [hiding, beside] = views();
+    let mut selector = world.select(&hiding, &settings());
     // By a step to the side.
-    selector.select(&scene, &view(true), &settings());
-    let expected = seen_units(&scene, rock, &view(true));
-    assert_eq!(selector.units(&scene, rock), expected);
-    // By what hid it being removed.
-    let mut selector = Selector::default();
-    selector.select(&scene, &view(false), &settings());
-    scene.remove(wall);
-    scene.update();
-    selector.select(&scene, &view(false), &settings());
-    let expected = seen_units(&scene, rock, &view(false));
-    assert_eq!(selector.units(&scene, rock), expected);
+    selector.select(&world.scene, &beside, &settings());
+    let expected = seen_units(&world, rock, &beside);
+    assert_eq!(selector.units(&world.scene, rock), expected);
+    // By the removal of the wall.
+    let mut selector = world.select(&hiding, &settings());
+    world.scene.remove(wall);
+    world.scene.update();
+    selector.select(&world.scene, &hiding, &settings());
+    let expected = seen_units(&world, rock, &hiding);
+    assert_eq!(selector.units(&world.scene, rock), expected);
 }
 
 #[test]
-fn what_goes_into_hiding_is_coarsened_after_some_frames() {
-    let (scene, [_, rock]) = scene();
-    let mut selector = Selector::default();
-    selector.select(&scene, &view(true), &settings());
-    let seen = selector.units(&scene, rock).len();
-    let frames: Vec<bool> = (0..20)
-        .map(|_| {
-            selector.select(&scene, &view(false), &settings());
-            selector.units(&scene, rock).len() * 4 > seen
-        })
-        .collect();
-    let first = frames.iter().position(|is_fine| !is_fine);
+fn instance_that_disappears_is_coarsened_after_some_frames() {
+    let (world, [_, rock]) = world();
+    let [hiding, beside] = views();
+    let mut selector = world.select(&beside, &settings());
+    let seen = selector.units(&world.scene, rock).len();
+    let mut is_coarse = || {
+        selector.select(&world.scene, &hiding, &settings());
+        selector.units(&world.scene, rock).len() * 4 <= seen
+    };
+    let first = (0..20).find(|_| is_coarse());
     assert_eq!(first, Some(usize::from(HOLD_FRAMES)));
-    // Nothing is done any more once that has happened.
+    // Then nothing is decided in a still view.
+    for _ in 0..HOLD_FRAMES {
+        is_coarse();
+    }
     assert_eq!(selector.statistics(), Statistics::default());
     assert_eq!(selector.changes().count(), 0);
 }
 
 #[test]
-fn two_views_do_not_share_what_they_hide() {
-    let (scene, [_, rock]) = scene();
-    let mut selectors = [Selector::default(), Selector::default()];
-    for _ in 0..20 {
-        for (selector, is_beside) in selectors.iter_mut().zip([false, true]) {
-            selector.select(&scene, &view(is_beside), &settings());
-        }
-    }
-    let [hidden, seen] = &selectors;
-    assert!(hidden.units(&scene, rock).len() * 4 < seen.units(&scene, rock).len());
-    assert_eq!(
-        seen.units(&scene, rock),
-        seen_units(&scene, rock, &view(true))
-    );
-}
-
-#[test]
-fn a_budget_counts_hidden_things_as_hidden() {
-    let (mut scene, [_, rock]) = scene();
-    let mesh = scene.mesh_of(rock).unwrap();
+fn budget_counts_hidden_instances_as_hidden() {
+    let (mut world, _) = world();
     // A crowd behind the wall, and some beside it.
-    for index in 0..60u8 {
+    let place = |index: u8| {
         let x = f32::from(index % 10) * 0.5 - 2.5 + if index < 40 { 0.0 } else { 12.0 };
-        let place = Vec3::new(x, 0.0, -16.0 - f32::from(index / 10));
-        scene.add_instance(mesh, Affine3A::from_translation(place), 1.0);
-    }
-    scene.update();
-    let free = {
-        let mut selector = Selector::default();
-        selector.select(&scene, &view(false), &settings());
-        selector.triangle_count()
+        let at = Vec3::new(x, 0.0, -16.0 - f32::from(index / 10));
+        Placed::new(0, Affine3A::from_translation(at))
     };
-    let budget = free / 2;
-    let mut selector = Selector::default();
+    world.add(&(0..60).map(place).collect::<Vec<_>>());
+    world.scene.update();
+    let [hiding, _] = views();
+    let budget = world.select(&hiding, &settings()).triangle_count() / 2;
     let scarce = LodSettings {
         triangle_budget: Some(budget),
         ..settings()
     };
-    selector.select(&scene, &view(false), &scarce);
-    let drawn = selector.triangle_count();
+    let drawn = world.select(&hiding, &scarce).triangle_count();
     assert!(
         drawn <= budget && drawn * 10 > budget * 9,
         "{drawn} of {budget}"
     );
 }
 
-fn seen_from(eye: Vec3) -> View {
-    let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
-    View::new(camera, &Affine3A::from_translation(eye))
-}
-
-/// A small ball behind a large one, or beside it.
-fn hidden_and_beside() -> (Scene, [InstanceId; 3]) {
-    let mut scene = Scene::default();
+/// Visible shares of a large rock, of a small one behind it and of a small one beside it.
+fn shares_from(eye: Vec3, is_occluder: bool) -> [Vec<f32>; 3] {
     let rock = fieldlod_bake::fixtures::rock(5, 1);
     let rock = fieldlod_bake::bake_mesh(&rock, &fieldlod_bake::BakeConfig::default()).unwrap();
+    let mut scene = fieldlod_select::Scene::default();
     let large = scene.add_mesh(&rock);
     let small = scene.add_mesh(&rock.whole_mesh_levels().unwrap());
-    let mut add = |mesh, at, size: f32| {
+    let ids = [
+        (large, Vec3::new(0.0, 0.0, -6.0), 2.0),
+        (small, Vec3::new(0.3, 0.2, -12.0), 0.5),
+        (small, Vec3::new(7.0, 0.2, -12.0), 0.5),
+    ]
+    .map(|(mesh, at, size)| {
         let turn = Quat::from_rotation_y(0.3);
         let place = Affine3A::from_scale_rotation_translation(Vec3::splat(size), turn, at);
         scene.add_instance(mesh, place, 1.0)
-    };
-    let ids = [
-        add(large, Vec3::new(0.0, 0.0, -6.0), 2.0),
-        add(small, Vec3::new(0.3, 0.2, -12.0), 0.5),
-        add(small, Vec3::new(7.0, 0.2, -12.0), 0.5),
-    ];
+    });
+    scene.set_occluder(ids[0], is_occluder);
     scene.update();
-    (scene, ids)
+    let view = look(perspective(0.85), eye, eye - Vec3::Z);
+    let buffer = OcclusionBuffer::new(&scene, &view, 8000);
+    ids.map(|id| buffer.visible_shares(&scene, id))
 }
 
 #[test]
-fn instance_behind_another_is_hidden() {
-    let (scene, [large, behind, beside]) = hidden_and_beside();
-    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::ZERO), 8000);
-    let least = |id| {
-        let shares = buffer.visible_shares(&scene, id);
-        shares.into_iter().fold(1.0, f32::min)
-    };
-    let most = |id| {
-        buffer
-            .visible_shares(&scene, id)
-            .into_iter()
-            .fold(0.0, f32::max)
-    };
-    assert!(most(behind) < 1e-6);
-    assert_eq!(least(beside), 1.0);
-    // The far side of the large one is hidden by its near side, but where a group reaches around.
-    assert_eq!(most(large), 1.0);
-    assert!(least(large) < 0.5);
+fn large_occluder_hides_what_is_behind_it() {
+    let [large, behind, beside] = shares_from(Vec3::ZERO, true);
+    assert!(behind.iter().all(|&share| share < 1e-6));
+    assert!(beside.iter().all(|&share| share == 1.0));
+    // Its far side is hidden by its near side, except for groups that reach around.
+    assert!(large.contains(&1.0) && large.iter().any(|&share| share < 0.5));
 }
 
 #[test]
-fn instance_that_is_no_occluder_hides_nothing() {
-    let (mut scene, [large, behind, _]) = hidden_and_beside();
-    scene.set_occluder(large, false);
-    scene.update();
-    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::ZERO), 8000);
-    assert!(
-        buffer
-            .visible_shares(&scene, behind)
-            .iter()
-            .all(|&share| share == 1.0)
-    );
-}
-
-#[test]
-fn eye_of_nan_sees_all() {
-    let (scene, ids) = hidden_and_beside();
-    let buffer = OcclusionBuffer::new(&scene, &seen_from(Vec3::NAN), 8000);
-    for id in ids {
-        assert!(
-            buffer
-                .visible_shares(&scene, id)
-                .iter()
-                .all(|&share| share == 1.0)
-        );
-    }
+fn excluded_occluder_and_eye_of_nan_hide_nothing() {
+    let [_, behind, _] = shares_from(Vec3::ZERO, false);
+    assert!(behind.iter().all(|&share| share == 1.0));
+    let of_nan = shares_from(Vec3::NAN, true).concat();
+    assert!(of_nan.iter().all(|&share| share == 1.0));
 }

@@ -1,15 +1,15 @@
-//! A sphere and the largest errors in it: what tests of many groups or objects at once read.
+//! A sphere and the largest errors in it, for tests of many groups at once.
 
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::{Affine3A, Vec3};
 
 use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
 
-/// A sphere around groups or objects, and the largest errors of those that have a simplification.
+/// A sphere around groups, and the largest errors of those that have a simplification.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ErrorBounds {
     pub(crate) sphere: Sphere,
-    /// `e √W` with the greatest weight `W` of the criterion that any direction gives.
+    /// `e √W` with the largest weight `W` of the criterion in any direction.
     pub(crate) error_weighed: f32,
     pub(crate) deviation: f32,
 }
@@ -17,7 +17,7 @@ pub(crate) struct ErrorBounds {
 impl ErrorBounds {
     /// The bounds of a group by itself, in its local space.
     pub(crate) fn of_group(group: &Group) -> Self {
-        // The weight is greatest for a camera that the surface faces, with a silhouette beside it.
+        // The weight is at most that of a surface that faces the camera, with a silhouette.
         let facing = group.mean_normal.length();
         let variance = normal_variance(group.mean_normal);
         let most_weight = visible_weight(facing, variance) + SILHOUETTE_WEIGHT;
@@ -67,7 +67,7 @@ pub(crate) fn placed_sphere(
     if center.is_finite() && radius.is_finite() && bias > 0.0 {
         return Sphere { center, radius };
     }
-    // An infinite sphere is never certainly far nor certainly outside.
+    // An infinite sphere is never outside and never passes a test.
     Sphere {
         center: Vec3::ZERO,
         radius: f32::INFINITY,
@@ -79,7 +79,7 @@ pub(crate) fn simplified(group: &Group, error: f32) -> f32 {
     if group.is_terminal() { 0.0 } else { error }
 }
 
-/// NaN must not get lost in a maximum: it is as good as infinite.
+/// Infinity for NaN, which a maximum would drop.
 pub(crate) fn or_infinity(value: f32) -> f32 {
     if value.is_nan() { f32::INFINITY } else { value }
 }

@@ -12,7 +12,7 @@ pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
 pub(super) struct SeenSphere<L> {
     pub(super) center: V3<L>,
     pub(super) radius: L,
-    /// The radius of the sphere whose bounds count: the radius, more or less by what a group may move.
+    /// The radius for bounds: larger or smaller by the distance that a group may move.
     pub(super) reach: L,
     pub(super) distance_squared: L,
     pub(super) distance: L,
@@ -49,7 +49,7 @@ impl<L: Lane> SeenExtent<L> {
             ..
         } = *seen;
         let gap = distance * L::splat(1.0 - ROUNDING) - reach;
-        // An infinite square has lost the distance.
+        // Without an overflow of the square.
         let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (distance + reach)).sqrt();
@@ -58,7 +58,7 @@ impl<L: Lane> SeenExtent<L> {
             (center.z * tangent_length - off_axis * reach) / distance_squared - L::splat(ROUNDING);
         let is_narrower = L::one().is_below(cosine * corner);
         let secant = L::choose(is_narrower, L::one() / cosine, corner);
-        // A negative reach may be more than the way to the axis.
+        // A negative reach may be longer than the distance to the axis.
         let secant = L::choose(off_axis.is_below(-reach), L::one(), secant);
         Self {
             outside,
@@ -77,7 +77,7 @@ pub(super) fn corner_secant(camera: &Camera) -> f32 {
     }
 }
 
-/// Whether a sphere's numbers are not usable at all.
+/// Whether a sphere has an infinite coordinate, NaN or a negative radius.
 #[inline]
 pub(super) fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
     let V3 { x, y, z } = seen.center;

@@ -1,8 +1,8 @@
 //! The limits of errors within which an instance keeps its level.
 //!
 //! ```text
-//! shown error = E · scale(view, sphere)
-//! E ≥ lowest    of the group that is refined last
+//! error in pixels = E · scale(view, sphere)
+//! E ≥ lowest    of the finest refined group
 //! E ≤ highest   of all finer groups
 //! ```
 //! The weights of the criterion depend on the direction; `E` has their least and their greatest value. An instance
@@ -23,10 +23,9 @@ use crate::settings::LodSettings;
 /// Limits of allowed errors within which an instance keeps its level, in local or world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
-    /// The error of the group that is refined last shows at least this; infinite at the coarsest level, which
-    /// needs no such group.
+    /// The finest refined group has at least this error; infinite at the coarsest level, which needs no such group.
     pub(crate) lowest: f32,
-    /// No error of finer groups shows more than this.
+    /// No finer group has a larger error.
     pub(crate) highest: f32,
 }
 
@@ -36,12 +35,12 @@ impl Limits {
         lowest: f32::NAN,
         highest: f32::NAN,
     };
-    /// Of instances that are drawn at a level that no error changes.
+    /// Of instances at a forced level.
     pub(crate) const FIXED: Self = Self {
         lowest: f32::INFINITY,
         highest: -1.0,
     };
-    /// Of instances that are not there.
+    /// Of free slots and instances that are not drawn.
     pub(crate) const EMPTY: Self = Self {
         lowest: f32::INFINITY,
         highest: -2.0,
@@ -59,8 +58,8 @@ impl Limits {
 /// The errors of all levels of a mesh that is drawn as a whole; of another mesh, those of its coarsest level alone.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LevelErrors {
-    /// Errors of each level's group from the directions that it shows least and most in, and its deviation, eight levels
-    /// to an element. Finite, so that times zero they are zero. The last level is terminal: they mean nothing there.
+    /// The error of each level's group from the directions of the least and the largest weight, and its deviation, eight
+    /// levels to an element. They are finite, so that zero times an error is zero. Those of the last level are not used.
     least: Vec<[f32; LANES]>,
     most: Vec<[f32; LANES]>,
     deviation: Vec<[f32; LANES]>,
@@ -68,19 +67,19 @@ pub(crate) struct LevelErrors {
     finer: Vec<[f32; 2]>,
 }
 
-/// What is certain of the levels of one instance in one view.
+/// Bounds for the levels of one instance in one view.
 pub(crate) struct Certainty {
-    /// Up to these errors a group is certainly not refined, and above the other ones it certainly is; of groups that were
-    /// not refined, and of those that were.
+    /// A group with an error up to `coarse` is certainly not refined, one with an error above `fine` is: for groups that
+    /// were not refined, and for those that were.
     pub(crate) coarse: [f32; 2],
     pub(crate) fine: [f32; 2],
-    /// By how much errors grow in the world, at least and at most.
+    /// The least and the largest factor of errors in the world.
     pub(crate) scale: [f32; 2],
-    /// How often errors count, of groups that were not refined and of those that were.
+    /// Factors of errors, of groups that were not refined and of those that were.
     pub(crate) weight: [f32; 2],
 }
 
-/// How much errors and deviations count against each other, in one unit.
+/// Weights of errors and deviations in one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ErrorUnits {
     pub(crate) error: f32,
@@ -88,7 +87,7 @@ pub(crate) struct ErrorUnits {
 }
 
 impl ErrorUnits {
-    /// Units in which an error counts once if it counts at all, and otherwise a deviation does.
+    /// The weight of errors is 1 if they count; otherwise that of deviations is.
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
         let [x, y] = match camera {
@@ -111,6 +110,15 @@ impl ErrorUnits {
         }
     }
 
+    /// The same with errors that count √`share` times.
+    pub(crate) fn hidden_to(self, share: f32) -> Self {
+        Self {
+            error: self.error * share.sqrt(),
+            ..self
+        }
+    }
+
+    #[inline]
     fn of(&self, error: f32, deviation: f32) -> f32 {
         // An error that does not count may be infinite.
         let counted = |value: f32, unit: f32| if unit == 0.0 { 0.0 } else { value * unit };
@@ -154,13 +162,14 @@ impl LevelErrors {
         self.finer.push([bounds.error_weighed, bounds.deviation]);
     }
 
-    /// The coarsest level, which no group has to show an error for.
+    /// The coarsest level.
     pub(crate) fn coarsest(&self) -> usize {
         self.finer.len() - 1
     }
 
-    /// The limits of a level in local units; errors count √`share` times.
-    pub(crate) fn limits(&self, level: usize, units: &ErrorUnits, share: f32) -> Limits {
+    /// The limits of a level in local units.
+    #[inline]
+    pub(crate) fn limits(&self, level: usize, units: &ErrorUnits) -> Limits {
         let own = |column: &[[f32; LANES]]| column.as_flattened()[level];
         let [finer_error, finer_deviation] = self.finer[level];
         Limits {
@@ -168,12 +177,12 @@ impl LevelErrors {
                 true => f32::INFINITY,
                 false => units.of(own(&self.least), own(&self.deviation)),
             },
-            highest: units.of(finer_error * share.sqrt(), finer_deviation),
+            highest: units.of(finer_error, finer_deviation),
         }
     }
 
-    /// The first level whose group is certainly refined, after a frame at level `was`; `None` if what is certain does not
-    /// tell.
+    /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
+    /// neither certainly refined nor certainly not.
     #[inline]
     pub(crate) fn certain_level(
         &self,

@@ -10,13 +10,16 @@ use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
 
-/// Texels along the radius of an instance from which on its groups are asked for one by one.
+/// Radius in texels from which the groups of an instance have shares of their own. A smaller radius costs more samples;
+/// a larger one counts the hidden groups of large instances as visible.
 const LARGE_RADIUS: f32 = 24.0;
-/// Points by which an instance is asked for as a whole, and one of less than a texel's radius.
+/// Sample points of an instance as a whole, and of one with less than a texel's radius. Fewer points give coarser steps of
+/// the share, more cost in proportion.
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
-/// By how much farther than a texel a point may lie and be visible still, relative to its nearness.
+/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by rounding;
+/// a larger one sees through thin occluders.
 const SAME_DEPTH: f32 = 1e-3;
 
 /// The points of one instance, as the depth image tests them.
@@ -27,8 +30,7 @@ struct Query {
 }
 
 impl OcclusionBuffer {
-    /// The share of each group of an instance that nothing hides, above 0 and at most 1; none if it was
-    /// removed.
+    /// The visible share of each group of an instance, above 0 and at most 1; empty if the instance was removed.
     #[must_use]
     pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
         let Some(mesh) = scene.mesh_of(instance) else {
@@ -45,15 +47,15 @@ impl OcclusionBuffer {
         groups.iter().map(share).collect()
     }
 
-    /// The share of an instance in steps, rounded up; `None` where it is so large in the
-    /// image that its groups have to be tested.
+    /// The visible share of an instance in steps, rounded up; `None` if the instance is so large that its groups have
+    /// shares of their own.
     pub(crate) fn share_of_all(
         &self,
         table: &GroupTable,
         index: u32,
         instance: &Instance,
     ) -> Option<u8> {
-        // How large it is.
+        // Its radius in texels.
         let sphere = &instance.sphere;
         let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
         let radius = self.plane.texels(sphere.radius, gap);
@@ -61,7 +63,7 @@ impl OcclusionBuffer {
         if radius >= LARGE_RADIUS && !table.has_one_place() {
             return None;
         }
-        // Nothing of the mesh hides the mesh.
+        // An instance does not hide itself here.
         let count = if is_small {
             SMALL_SAMPLES
         } else {
@@ -71,7 +73,7 @@ impl OcclusionBuffer {
         Some(self.share(table.samples.of_mesh(count), &query, None))
     }
 
-    /// The shares of an instance's groups likewise.
+    /// The visible shares of the groups of an instance, in steps.
     pub(crate) fn group_shares(
         &self,
         table: &GroupTable,
@@ -99,8 +101,8 @@ impl OcclusionBuffer {
         }
     }
 
-    /// The share of points that are visible. Those of the same instance hide only what is farther by more
-    /// than a `thickness`, and nothing if there is none. Full if there are none.
+    /// The share of points that are visible; full without points. Texels of the same instance hide only points that are
+    /// farther by more than a `thickness`; without it, they hide none.
     #[inline(always)]
     fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: Option<f32>) -> u8 {
         let (mut count, mut visible) = (0, 0);

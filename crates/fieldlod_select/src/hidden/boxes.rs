@@ -1,4 +1,4 @@
-//! Boxes along axes: of a part of a mesh in its local space, and what they come to in camera space.
+//! Boxes along the axes of local space, and of camera space.
 
 use glam::{Mat3, Vec3};
 

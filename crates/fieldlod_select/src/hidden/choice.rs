@@ -1,5 +1,5 @@
-//! Which instances are drawn into the depth image, and how: large ones by the triangles of one of their
-//! levels, small ones by points.
+//! Which instances are drawn into the depth image, and how: large ones by triangles of a coarse level, small ones by
+//! points.
 
 use camera_field::Camera;
 use glam::{Affine3A, Mat3, Vec3};
@@ -14,34 +14,35 @@ use crate::scene::{MeshId, Scene};
 use crate::view::View;
 use crate::view::sides::LensSides;
 
-/// The least radius in the image of an instance that hides others, in texels.
+/// Least radius of an occluder in texels. Smaller ones hide little, and cost as much as larger ones.
 const LEAST_RADIUS: f32 = 1.0;
-/// Points for each texel that a sphere covers.
+/// Points for each texel of a sphere. Fewer leave gaps in what they hide, more cost in proportion.
 const POINTS_PER_TEXEL: f32 = 0.5;
-/// How meshes are drawn that have levels in pieces, and those that have levels as a whole. The finest piece by
-/// piece: what is near in a ground hides much, and a coarse one hides what stands on it. Points show the gaps in
-/// crowns, and close them no more than their coarse levels do.
+/// Limits for meshes of clusters, such as grounds: near parts hide much, and a coarse ground hides what stands on it, so
+/// they get more triangles.
 const IN_PIECES: Fineness = Fineness {
     largest_point_area: 1400.0,
     triangles_per_texel: 0.12,
 };
+/// Limits for meshes that are drawn as a whole, such as trees: points keep the gaps in crowns open, which coarse levels
+/// close.
 const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,
 };
-/// The most of what is left of the budget that one instance may take.
+/// One instance takes at most one part in this number of the remaining budget, so that others can hide too.
 const SHARE_OF_REST: u32 = 4;
-/// Points that cost as much as a triangle.
+/// Points that take as long as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 32;
 
 struct Fineness {
-    /// Texels that a sphere covers up to which its instance is drawn by points.
+    /// Largest area of a sphere in texels at which its instance is drawn by points.
     largest_point_area: f32,
-    /// Triangles for each texel that a sphere covers, at most.
+    /// Most triangles for each texel of a sphere.
     triangles_per_texel: f32,
 }
 
-/// The choice of one view, in storage that is used again.
+/// The choice of one view, in buffers that are reused.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OccluderChoice {
     pub(crate) candidates: Vec<Candidate>,
@@ -69,7 +70,8 @@ pub(crate) enum DrawnBy {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) instance: u32,
-    /// Texels that its sphere covers, about.
+    mesh: MeshId,
+    /// Approximate area of its sphere in texels.
     area: f32,
 }
 
@@ -81,17 +83,21 @@ pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Ma
 }
 
 impl OccluderChoice {
-    /// How an instance is drawn, if what is left of the triangles of the `budget` allows; its cost counts
-    /// from then on.
+    /// Chooses how to draw an instance within the rest of the triangle `budget`, and adds its cost; `None` if the rest is
+    /// too small.
     pub(crate) fn choose(
         &mut self,
         scene: &Scene,
         view: &View,
         plane: &ImagePlane,
         budget: u32,
-        Candidate { instance, area }: Candidate,
+        candidate: Candidate,
     ) -> Option<ChosenOccluder> {
-        let mesh = scene.entries[instance as usize].occluder_mesh(view.layers)?;
+        let Candidate {
+            instance,
+            mesh,
+            area,
+        } = candidate;
         let rest = budget.saturating_sub(self.cost_in_triangles());
         let table = scene.table(mesh);
         let fineness = if table.has_one_place() {
@@ -110,7 +116,7 @@ impl OccluderChoice {
             let (linear, origin) = camera_from_local(view, placement);
             let worth = (area * fineness.triangles_per_texel) as u32;
             let most = worth.min(rest / SHARE_OF_REST);
-            // The finest level that is worth its texels.
+            // The finest level within that limit.
             let levels = table.occluders.iter().enumerate();
             let mut counted = levels.map(|(level, mesh)| {
                 let parts = mesh.parts_in_view(plane, &linear, origin);
@@ -129,7 +135,7 @@ impl OccluderChoice {
         Some(chosen)
     }
 
-    /// Notes how many points the one that was chosen last has taken.
+    /// Sets the number of points that the last chosen occluder took.
     pub(crate) fn note_points(&mut self, count: usize) {
         if let Some(ChosenOccluder {
             drawn_by: DrawnBy::Points(points),
@@ -146,7 +152,7 @@ impl OccluderChoice {
         self.triangle_count + self.point_count / POINTS_PER_TRIANGLE
     }
 
-    /// Begins another image: lists what may hide others, the largest first.
+    /// Starts another image: lists the instances that may hide others, the largest first.
     pub(crate) fn begin(&mut self, scene: &Scene, view: &View, plane: &ImagePlane) {
         self.candidates.clear();
         self.chosen.clear();
@@ -159,8 +165,13 @@ impl OccluderChoice {
             let areas = search.areas(spheres.center(), spheres.radius(), radii);
             let areas = areas.to_array();
             for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
-                let instance = columns.occupants[element * LANES + lane];
-                self.candidates.push(Candidate { instance, area });
+                let occupant = columns.occupants[element * LANES + lane];
+                self.candidates
+                    .extend(occupant.seen_mesh(view.layers).map(|mesh| Candidate {
+                        instance: occupant.id.index,
+                        mesh,
+                        area,
+                    }));
             }
         }
         self.candidates.sort_unstable_by(|a, b| {
@@ -170,7 +181,7 @@ impl OccluderChoice {
     }
 }
 
-/// The search for what is large in the image.
+/// The search for large instances in the image.
 struct Search<'a> {
     view: &'a View,
     sides: LensSides,
@@ -191,8 +202,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// About how many texels eight things of some radii in spheres cover at most; 0 of those that are outside the
-    /// view or too small.
+    /// Approximate areas in texels of eight occluders; 0 outside the view and for small ones.
     #[inline(always)]
     fn areas(&self, center: V3<f32x8>, radius: f32x8, occluder_radius: f32x8) -> f32x8 {
         let zero = f32x8::zero();

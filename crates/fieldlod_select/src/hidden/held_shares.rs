@@ -1,4 +1,4 @@
-//! Visible shares from frame to frame: they rise at once and fall late.
+//! Visible shares from frame to frame: they rise at once and fall after some frames.
 
 use crate::hidden::shares::{FULL_SHARE, Shares};
 use crate::lanes::bits::{CHUNK, LANES, is_set};
@@ -7,14 +7,14 @@ use crate::settings::LodSettings;
 /// A share in steps.
 ///
 /// ```text
-/// of what was not refined, or of which as much is seen or more: what is seen now
-/// else: once `hold_frames` frames in a row saw less, the most that they and this frame saw
+/// not refined, or seen no less: the share that is seen now
+/// else, after `hold_frames` frames in a row that saw less: the largest share of those and this frame
 /// ```
-/// Without that most, what is seen again and again past the posts of a fence would change its level each time.
+/// Without that largest share, an instance behind the posts of a fence would change its level again and again.
 #[derive(Clone, Copy, Debug, Default)]
 struct HeldShare {
     held: u8,
-    /// The most seen since less than `held` was, and for how many frames.
+    /// The largest share since less than `held` was seen, and the number of frames.
     peak: u8,
     waited: u8,
 }
@@ -37,8 +37,8 @@ impl HeldShare {
     }
 }
 
-/// What counts of a mesh that is drawn as a whole: one held share for all levels that are refined. Finer ones count
-/// what is seen now.
+/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share that
+/// is seen now.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
@@ -46,13 +46,13 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Goes on to another frame, after one in which something was refined or not.
+    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
         self.share.update(now, was_refined, hold_frames);
     }
 
-    /// Whether the next frame changes nothing if it sees the same.
+    /// Whether the share stays as it is while the same is seen.
     pub(crate) fn is_settled(&self) -> bool {
         self.share.held == self.now
     }
@@ -81,7 +81,7 @@ pub(crate) struct ShareMemory {
     shares: Vec<HeldShare>,
     /// Held shares, eight to an element.
     held: Vec<[u8; LANES]>,
-    /// Whether `held` is what is seen.
+    /// Whether `held` equals the shares that are seen.
     is_settled: bool,
     /// The last share, if it was the same for all groups.
     last_of_all: Option<u8>,
@@ -90,7 +90,7 @@ pub(crate) struct ShareMemory {
 /// Visible shares of an instance's groups in one frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SeenShares<'a> {
-    /// The same of all.
+    /// The same share for all groups.
     OfAll(u8),
     OfGroups(&'a [u8]),
 }
@@ -112,7 +112,7 @@ impl SeenShares<'_> {
 }
 
 impl ShareMemory {
-    /// Nothing is hidden, and nothing remembered.
+    /// Forgets all shares; all groups count in full.
     pub(crate) fn clear(&mut self) {
         self.held.clear();
         self.is_settled = true;
@@ -122,12 +122,12 @@ impl ShareMemory {
         self.held.is_empty()
     }
 
-    /// Whether the next frame changes nothing if it sees the same.
+    /// Whether the shares stay as they are while the same is seen.
     pub(crate) fn is_settled(&self) -> bool {
         self.is_settled
     }
 
-    /// The shares as decisions read them.
+    /// The shares for decisions.
     pub(crate) fn shares(&self, settings: &LodSettings) -> Shares<'_> {
         match &settings.visible_flux {
             Some(flux) => Shares::new(&self.held, flux.least_share),
@@ -135,7 +135,7 @@ impl ShareMemory {
         }
     }
 
-    /// Begins with what is seen now.
+    /// Starts with the shares that are seen now.
     pub(crate) fn begin(&mut self, words: usize, seen: &SeenShares) {
         self.shares.clear();
         self.shares.resize(words * CHUNK, HeldShare::default());
@@ -145,7 +145,7 @@ impl ShareMemory {
         self.update(seen, &[], 0);
     }
 
-    /// Goes on to another frame; `refined` has the bits of the last cut.
+    /// Updates the shares in a new frame; `refined` has the bits of the last cut.
     pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
         let of_all = seen.of_all();
         if self.is_settled && of_all.is_some() && of_all == self.last_of_all {

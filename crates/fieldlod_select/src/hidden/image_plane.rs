@@ -10,11 +10,12 @@ use super::boxes::AxisBox;
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, V3};
 
-/// Texels along the longer side of the image.
+/// Texels along the longer side of the image. A larger image takes longer to draw; in a smaller one,
+/// small instances have too few texels.
 const LONGER_SIDE: f32 = 256.0;
-/// Texels along a side at least; sides are multiples of it.
+/// Least side in texels; sides are multiples of it, one element of lanes.
 const LEAST_SIDE: usize = 8;
-/// Rounding of positions, in texels.
+/// Bound of the rounding of positions, in texels.
 const ROUNDING: f32 = 0.01;
 /// Least depth of points in the image.
 pub(crate) const NEAREST: f32 = 1e-3;
@@ -31,7 +32,7 @@ pub(crate) struct ImagePlane {
     offset: Vec2,
 }
 
-/// Texels around something in the image, and a nearness that nothing of it exceeds.
+/// Texels around a sphere in the image, and its greatest nearness.
 #[derive(Clone, Debug)]
 pub(crate) struct Rectangle {
     pub(crate) columns: Range<usize>,
@@ -65,7 +66,7 @@ impl ImagePlane {
         }
     }
 
-    /// Texel coordinates and nearness of points that are not behind the camera.
+    /// Texel coordinates and nearness of points before the camera.
     #[inline(always)]
     pub(crate) fn project<L: Lane>(&self, point: V3<L>) -> V3<L> {
         let (x, y, z) = if self.is_perspective {
@@ -91,7 +92,7 @@ impl ImagePlane {
         }
     }
 
-    /// Which projected points have a place in the image.
+    /// Which projected points are in the image.
     #[inline(always)]
     pub(crate) fn has_place<L: Lane>(&self, at: V3<L>, depth: L) -> L::Mask {
         let within =
@@ -102,13 +103,13 @@ impl ImagePlane {
             & depth.is_below(L::infinity())
     }
 
-    /// The place of a sphere of camera space in the image; `None` if it reaches the camera.
+    /// The texels around a sphere of camera space; `None` if it reaches the camera.
     pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
         let depth = center.z - radius;
         if !(NEAREST..f32::INFINITY).contains(&depth) {
             return None;
         }
-        // No point of it is farther from where its centre is seen.
+        // A bound of the distance in the image from its centre.
         let at = self.project(V3::splat(center));
         let side = |at: f32, slope: f32, scale: f32, count: usize| {
             let reach = if self.is_perspective {
@@ -130,7 +131,7 @@ impl ImagePlane {
         })
     }
 
-    /// About how many texels long a length at a distance is; infinite where that reaches the camera.
+    /// Approximate number of texels of a length at a distance; infinite at the camera.
     pub(crate) fn texels(&self, length: f32, distance: f32) -> f32 {
         match self.is_perspective {
             true if distance > 0.0 => length * self.scale.max_element() / distance,
@@ -139,7 +140,7 @@ impl ImagePlane {
         }
     }
 
-    /// The texels at the coordinates of those points that have a place in the image; 0 of the others.
+    /// The texels of points in the image; 0 for the others.
     #[inline(always)]
     pub(crate) fn texels_at(&self, at: V3<f32x8>, has_place: f32x8) -> [i32; LANES] {
         // Whole numbers up to the count of texels are exact.
@@ -148,13 +149,13 @@ impl ImagePlane {
         texel.fast_trunc_int().to_array()
     }
 
-    /// Whether a box of camera space is certainly not in the image.
+    /// Whether a box of camera space is certainly outside the image.
     pub(crate) fn is_beyond(&self, bounds: &AxisBox) -> bool {
         let AxisBox { min, max } = bounds;
         if max.z < NEAREST {
             return true;
         }
-        // Slopes are widest at one end or the other.
+        // Slopes are extreme at one end or the other.
         let depths = match self.is_perspective {
             true if min.z < NEAREST => return false,
             true => [min.z, max.z],

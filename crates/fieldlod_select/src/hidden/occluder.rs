@@ -7,7 +7,7 @@ use super::boxes::{AxisBox, LocalBox};
 use super::image_plane::ImagePlane;
 use super::screen_triangle::Corner;
 
-/// The most triangles of an occluder's levels.
+/// Most triangles of each level of an occluder. More levels cost memory; fewer leave large steps between them.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
 
 /// One coarse level of a mesh.
@@ -16,7 +16,7 @@ pub(crate) struct OccluderMesh {
     parts: Vec<OccluderPart>,
 }
 
-/// A part of it that is drawn or not drawn as a whole.
+/// A part of an occluder, drawn if its box is in view.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OccluderPart {
     bounds: LocalBox,
@@ -49,7 +49,7 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<OccluderMesh> {
     levels
 }
 
-/// The cut that keeps nothing finer than `group_level`, unless there is nothing coarser.
+/// The groups refined in the cut at `group_level`, with their closure.
 fn refined_from_level(hierarchy: &Hierarchy, group_level: u32) -> Vec<bool> {
     let is_coarse = |group: &Group| group.level >= group_level;
     let mut refined: Vec<bool> = hierarchy.groups.iter().map(is_coarse).collect();
@@ -58,7 +58,7 @@ fn refined_from_level(hierarchy: &Hierarchy, group_level: u32) -> Vec<bool> {
 }
 
 impl OccluderMesh {
-    /// The units of a cut.
+    /// The occluder of a cut.
     fn new(hierarchy: &Hierarchy, refined: &[bool]) -> Self {
         let units = hierarchy.drawn_units(refined);
         Self {
@@ -107,7 +107,7 @@ impl OccluderPart {
         self.triangles.len() as u32
     }
 
-    /// Its triangles where they are seen; `corners` is room for its vertices.
+    /// Its triangles in the image; `corners` is a buffer for its vertices.
     pub(crate) fn placed_triangles<'a>(
         &'a self,
         plane: &ImagePlane,

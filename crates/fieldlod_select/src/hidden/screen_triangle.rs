@@ -31,7 +31,7 @@ struct RowEnd {
 }
 
 impl RowEnd {
-    /// The end by an edge that is run through with the inside on its right. Triangles on its two sides have the same one.
+    /// The end of an edge whose right side is inside. The triangles on both sides of an edge get the same position.
     fn new(from: Vec3, to: Vec3) -> Self {
         let is_left = from.y < to.y;
         let (low, high) = if is_left { (from, to) } else { (to, from) };
@@ -42,7 +42,7 @@ impl RowEnd {
             left_offset: f32::NEG_INFINITY,
             right_offset: f32::INFINITY,
         };
-        // A horizontal edge bounds no row.
+        // A horizontal edge does not bound any row.
         if offset.is_finite() {
             end.slope = slope;
             *(if is_left {
@@ -74,8 +74,8 @@ impl Corner {
     }
 }
 
-/// Calls `draw` with the corners in the image of each part of a triangle before the camera, from a nearest depth on:
-/// none, one, or two where it reaches behind. Those that face the camera run as [`ScreenTriangle::new`] asks.
+/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two if
+/// the triangle reaches behind the camera.
 #[inline(always)]
 pub(crate) fn parts_in_front(
     plane: &ImagePlane,
@@ -86,7 +86,7 @@ pub(crate) fn parts_in_front(
 ) {
     let [a, b, c] = corners;
     let corners = if is_mirrored { [a, c, b] } else { corners };
-    // All of nearly every triangle.
+    // Nearly all triangles are not clipped.
     if corners.iter().all(|corner| corner.in_camera.z >= nearest) {
         return draw(corners.map(|corner| corner.in_image));
     }
@@ -124,8 +124,7 @@ fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
 }
 
 impl ScreenTriangle {
-    /// `None` for what is turned away, has no area or is not a number. Corners have texel coordinates and
-    /// nearness.
+    /// `None` for back faces and triangles without area or with NaN. Corners have texel coordinates and nearness.
     #[inline]
     pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
         // Seen from outside the corners run counter-clockwise, which is negative with y down.
@@ -165,13 +164,13 @@ impl ScreenTriangle {
         [left, L::choose(is_met, right, -L::infinity())]
     }
 
-    /// The nearness there; never more than that of the nearest corner, which slivers might round to.
+    /// The nearness at a point, at most that of the nearest corner: the plane of a sliver may round to more.
     #[inline(always)]
     pub(crate) fn nearness<L: Lane>(&self, x: L, y: L) -> L {
         plane_at(self.nearness, x, y).smaller(L::splat(self.nearest))
     }
 
-    /// The rows whose centres it reaches to.
+    /// The rows with centres in its bounds.
     #[inline(always)]
     pub(crate) fn rows(&self, count: usize) -> Range<usize> {
         centres(self.min[1], self.max[1], count)

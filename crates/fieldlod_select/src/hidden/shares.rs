@@ -1,10 +1,11 @@
-//! Visible shares of the groups of one instance, as decisions read them.
+//! Visible shares of the groups of one instance, in steps of a sixteenth.
 
 use wide::f32x8;
 
 use crate::lanes::bits::LANES;
 
-/// The step of what is hidden, and of what is fully visible.
+/// The steps of hidden and of fully visible groups. Finer steps change with each step of a walk and decide more; coarser
+/// ones draw hidden instances finer.
 pub(crate) const HIDDEN: u8 = 0;
 pub(crate) const FULL_SHARE: u8 = 16;
 
@@ -17,7 +18,7 @@ pub(crate) struct Shares<'a> {
 }
 
 impl<'a> Shares<'a> {
-    /// Every group counts in full.
+    /// All groups are visible.
     pub(crate) const FULL: Self = Self {
         steps: &[],
         least: 1.0,

@@ -1,7 +1,6 @@
-//! Points spread evenly over the surface of a mesh, and over the part of it that each group stands for.
+//! Points spread evenly over the surface of a mesh, and over the surface of each group.
 //!
-//! Any first few of them are spread as evenly as all are: a small instance is drawn and asked by few, a
-//! large one by many.
+//! The first points of a list are spread as evenly as all of them, so that a small instance uses few points.
 
 use fieldlod_hierarchy::{Hierarchy, Unit};
 use glam::Vec3;
@@ -10,7 +9,8 @@ use wide::f32x8;
 use crate::lanes::V3;
 use crate::lanes::bits::LANES;
 
-/// Points of a mesh, and of a group.
+/// Points of a mesh and of a group. Points of a mesh draw occluders of up to 4,096 texels; those of a group are one
+/// element of lanes.
 pub(crate) const MESH_SAMPLES: u32 = 2048;
 pub(crate) const GROUP_SAMPLES: usize = 8;
 
@@ -23,7 +23,7 @@ pub(crate) struct SurfaceSamples {
 }
 
 impl SurfaceSamples {
-    /// None if the hierarchy comes without its geometry.
+    /// Empty if the hierarchy has no geometry.
     pub(crate) fn new(hierarchy: &Hierarchy) -> Self {
         if hierarchy.unit_vertices.is_empty() {
             return Self::default();
@@ -54,7 +54,7 @@ impl SurfaceSamples {
     }
 }
 
-/// `count` points, a power of two, each of an equal part of the area; none if there is no area.
+/// `count` points, a power of two, one in each equal part of the area; none without area.
 fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
     let triangles: Vec<[Vec3; 3]> = units
@@ -71,7 +71,7 @@ fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
     if !(total > 0.0 && total < f32::INFINITY) {
         return Vec::new();
     }
-    // Along the triangles, one in each stretch of equal area.
+    // One in each equal part of the area along the list of triangles.
     let mut points = Vec::with_capacity(count as usize);
     let (mut index, mut until) = (0, area_of(&triangles[0]));
     for sample in 0..count {
@@ -82,13 +82,13 @@ fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
         }
         points.push(point_in(&triangles[index], sample));
     }
-    // In an order in which any first few are far apart.
+    // In bit-reversed order, so that the first points are far apart.
     let bits = count.trailing_zeros();
     let order = (0..count).map(|place| place.reverse_bits() >> (u32::BITS - bits));
     order.map(|place| points[place as usize]).collect()
 }
 
-/// A point of a triangle, other ones for other samples.
+/// A point of a triangle that depends on the number of the sample.
 fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
     // The additive recurrence of the plastic number, folded into the triangle.
     let along = |step: f32| (step * sample as f32 + 0.5) % 1.0;

@@ -16,14 +16,14 @@ pub(crate) const NOBODY: u32 = u32::MAX;
 pub(crate) struct Texels {
     width: usize,
     height: usize,
-    /// How near what they show is.
+    /// Nearness of the nearest surface.
     pub(crate) nearness: Vec<f32>,
-    /// The instances that they show.
+    /// Instance of the nearest surface.
     pub(crate) owners: Vec<u32>,
 }
 
 impl Texels {
-    /// Shows nothing, in another size; rows are whole elements.
+    /// Empties the image and sets its size; rows are whole elements.
     pub(crate) fn clear(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.nearness.clear();
@@ -32,12 +32,12 @@ impl Texels {
         self.owners.resize(width * height, NOBODY);
     }
 
-    /// How near one row is.
+    /// Nearness of one row.
     pub(crate) fn row(&self, row: usize) -> &[f32] {
         &self.nearness[row * self.width..][..self.width]
     }
 
-    /// Shows another instance if that is nearer. Whether it is.
+    /// Keeps the nearer surface. Returns whether that is the new one.
     #[inline(always)]
     pub(crate) fn keep_nearer(&mut self, texel: usize, nearness: f32, owner: u32) -> bool {
         let is_nearer = self.nearness[texel] < nearness;
@@ -47,7 +47,7 @@ impl Texels {
         is_nearer
     }
 
-    /// Keeps the nearer of a triangle and what was drawn before. Its corners are as [`ScreenTriangle::new`] asks.
+    /// Draws a triangle. Its corners are those of [`ScreenTriangle::new`].
     #[inline]
     pub(crate) fn draw(&mut self, corners: [Vec3; 3], owner: u32) {
         if !is_between_centres(corners, self.width, self.height)
@@ -88,7 +88,7 @@ impl Texels {
             let (before, now) = (f32x8::new(nearness[chunk]), triangle.nearness(x, y));
             let is_nearer = covered & before.is_below(now);
             nearness[chunk] = f32x8::choose(is_nearer, now, before).to_array();
-            // All bits are set of those that are.
+            // A lane of the mask has all bits set or none.
             let masks = is_nearer.to_array().map(f32::to_bits);
             for (shown, mask) in owners[chunk].iter_mut().zip(masks) {
                 *shown = *shown & !mask | owner & mask;

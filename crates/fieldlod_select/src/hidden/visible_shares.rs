@@ -4,12 +4,12 @@ use crate::hidden::OcclusionBuffer;
 use crate::hidden::shares::FULL_SHARE;
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, Scene};
-use crate::settings::VisibleFlux;
+use crate::settings::{LodSettings, VisibleFlux};
 use crate::view::View;
 
 use super::held_shares::SeenShares;
 
-/// The depth image of a view, as long as it is up to date.
+/// The depth image of a view.
 #[derive(Debug, Default)]
 pub(crate) struct VisibleShares {
     pub(crate) buffer: Option<OcclusionBuffer>,
@@ -19,11 +19,11 @@ pub(crate) struct VisibleShares {
 }
 
 impl VisibleShares {
-    /// Draws the depth image if it is of another view or scene.
+    /// Draws the depth image if the view or the scene has changed.
     pub(crate) fn draw(&mut self, scene: &Scene, view: &View, flux: &VisibleFlux) {
         let triangles = flux.occluder_triangles;
         let key = Some((*view, scene.revision, triangles));
-        // A view of NaN equals none.
+        // A view of NaN does not equal itself.
         if self.drawn_of == key {
             return;
         }
@@ -32,6 +32,14 @@ impl VisibleShares {
             .buffer
             .get_or_insert_with(|| OcclusionBuffer::empty(view));
         buffer.redraw(scene, view, triangles);
+    }
+
+    /// The settings of visible flux and the image; `None` without flux.
+    pub(crate) fn of<'a>(
+        &'a self,
+        settings: &'a LodSettings,
+    ) -> Option<(&'a VisibleFlux, &'a OcclusionBuffer)> {
+        settings.visible_flux.as_ref().zip(self.buffer.as_ref())
     }
 
     /// The visible shares of an instance.
@@ -51,7 +59,7 @@ impl VisibleShares {
         SeenShares::OfGroups(&self.groups)
     }
 
-    /// Removes the image.
+    /// Marks the image as out of date.
     pub(crate) fn clear(&mut self) {
         self.drawn_of = None;
     }

@@ -1,5 +1,5 @@
-//! Spheres of instances in columns, eight to an element, and spheres around 64 of them that follow each other. The place
-//! of an instance in the columns is its slot.
+//! Spheres of instances in columns, eight to an element, and spheres around 64 consecutive ones. The place of an instance
+//! in the columns is its slot.
 
 use std::collections::BTreeSet;
 
@@ -7,6 +7,7 @@ use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
 use wide::f32x8;
 
+use super::{InstanceId, MeshId};
 use crate::lanes::V3;
 use crate::lanes::bits::{CHUNK, LANES};
 
@@ -18,7 +19,7 @@ pub(crate) struct EightSpheres {
 }
 
 impl EightSpheres {
-    /// Eight times nothing: certainly outside of every view.
+    /// Of eight free slots: outside of every view.
     const NOTHING: Self = Self {
         center: [[0.0; LANES]; 3],
         radius: [NOTHING.radius; LANES],
@@ -56,18 +57,37 @@ const NOTHING: Sphere = Sphere {
     radius: f32::NEG_INFINITY,
 };
 
-/// Occupant of a slot that no instance has.
-const NOBODY: u32 = u32::MAX;
+/// The instance in a slot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Occupant {
+    pub(crate) id: InstanceId,
+    pub(crate) mesh: MeshId,
+    pub(crate) layers: u64,
+}
+
+impl Occupant {
+    /// Of a free slot: on no layer.
+    const NONE: Self = Self {
+        id: InstanceId::NONE,
+        mesh: MeshId(0),
+        layers: 0,
+    };
+
+    /// The mesh that a view of `layers` draws.
+    #[inline]
+    pub(crate) fn seen_mesh(&self, layers: u64) -> Option<MeshId> {
+        (self.layers & layers != 0).then_some(self.mesh)
+    }
+}
 
 /// The columns of a scene, by slot.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Columns {
-    /// Indices of the instances.
-    pub(crate) occupants: Vec<u32>,
+    pub(crate) occupants: Vec<Occupant>,
     pub(crate) spheres: Vec<EightSpheres>,
-    /// Radii of what can hide other instances; 0 of what cannot.
+    /// Radii of instances that may hide others; 0 of the others.
     pub(crate) occluder_radii: Vec<[f32; LANES]>,
-    /// By how much errors grow in the world, at least and at most, biases included.
+    /// The least and the largest factor of errors in the world, biases included.
     pub(crate) error_scales: Vec<[f32; 2]>,
     /// Around 64 instances each.
     pub(crate) chunks: Vec<EightSpheres>,
@@ -78,19 +98,19 @@ pub(crate) struct Columns {
 
 /// One row of the columns.
 pub(crate) struct Row {
-    pub(crate) occupant: u32,
+    pub(crate) occupant: Occupant,
     pub(crate) sphere: Sphere,
     pub(crate) error_scale: [f32; 2],
     pub(crate) occluder_radius: f32,
 }
 
 impl Columns {
-    /// A free slot. The lowest is taken first, so that instances that are added together take the slots of those that
-    /// were removed together.
+    /// The lowest free slot, so that instances that are added together take the slots of those that were removed
+    /// together.
     pub(crate) fn free_slot(&mut self) -> u32 {
         self.free.pop_first().unwrap_or_else(|| {
             let slot = self.occupants.len();
-            self.occupants.push(NOBODY);
+            self.occupants.push(Occupant::NONE);
             self.error_scales.push([0.0; 2]);
             let elements = slot / LANES + 1;
             self.spheres.resize(elements, EightSpheres::NOTHING);
@@ -103,7 +123,7 @@ impl Columns {
     pub(crate) fn free(&mut self, slot: u32) {
         self.free.insert(slot);
         let nothing = Row {
-            occupant: NOBODY,
+            occupant: Occupant::NONE,
             sphere: NOTHING,
             error_scale: [0.0; 2],
             occluder_radius: 0.0,
@@ -124,7 +144,7 @@ impl Columns {
         }
     }
 
-    /// Brings the spheres around chunks up to date.
+    /// Updates the spheres around chunks.
     pub(crate) fn refit(&mut self) {
         let count = self.spheres.len().div_ceil(CHUNK / LANES);
         self.chunks
@@ -147,7 +167,7 @@ impl Columns {
     }
 }
 
-/// The sphere about the centre of the box of all spheres but removed ones.
+/// The sphere about the centre of the box of all present spheres.
 fn around(spheres: impl Iterator<Item = Sphere> + Clone) -> Sphere {
     let spheres = spheres.filter(|sphere| sphere.radius > f32::NEG_INFINITY);
     let boxes = spheres.clone().map(|Sphere { center, radius }| {
@@ -159,7 +179,7 @@ fn around(spheres: impl Iterator<Item = Sphere> + Clone) -> Sphere {
     };
     let center = (min + max) * 0.5;
     if !center.is_finite() {
-        // Never certainly far nor certainly outside.
+        // An infinite sphere is never outside and never passes a test.
         return Sphere {
             center: Vec3::ZERO,
             radius: f32::INFINITY,
@@ -168,7 +188,7 @@ fn around(spheres: impl Iterator<Item = Sphere> + Clone) -> Sphere {
     let farthest = |sphere: Sphere| sphere.center.distance(center) + sphere.radius;
     Sphere {
         center,
-        // Rounding may take some off.
+        // Rounding may make it smaller.
         radius: spheres.map(farthest).fold(0.0, f32::max) * 1.0001,
     }
 }

@@ -1,12 +1,12 @@
-//! Slots whose instances have changed, in order: each selector reads on from where it stopped.
+//! Slots whose instances have changed, in order. Each selector continues from the revision that it read last.
 
-/// Changes that are kept at least.
+/// Number of changes that are always kept.
 const FEW: usize = 1024;
 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Journal {
     changed: Vec<u32>,
-    /// Changes that were dropped from the front.
+    /// Number of changes dropped from the front.
     dropped: u64,
 }
 
@@ -25,7 +25,7 @@ impl Journal {
         }
     }
 
-    /// How many changes there were.
+    /// Number of changes so far.
     pub(crate) fn revision(&self) -> u64 {
         self.dropped + self.changed.len() as u64
     }

@@ -1,12 +1,12 @@
-//! The order of instances in columns: instances that are added together follow each other along a Morton curve, so
-//! that 64 of them are close together.
+//! The order of instances in columns: instances that are added together follow a Morton curve, so that 64 consecutive
+//! ones are neighbours.
 
 use glam::Vec3;
 
 /// Bits of a coordinate in a code.
 const BITS: u32 = 21;
 
-/// Sorts items by the place of each on a Morton curve through the box of all, and by the item where that is the same.
+/// Sorts items by their places on a Morton curve through the box of all, and items at the same place by themselves.
 pub(super) fn sort_along_curve<T: Copy + Ord>(items: &mut Vec<T>, place: impl Fn(T) -> Vec3) {
     let places = items.iter().map(|&item| place(item));
     let finite = places.filter(|place| place.is_finite());

@@ -20,7 +20,7 @@ use lanes::{lanes_of, vectors_of};
 
 /// The part of a [`Hierarchy`] that selection reads; it does not borrow the hierarchy.
 ///
-/// Tests ask for 64 groups at once first, then for eight, then for each.
+/// Tests go from bounds of 64 groups to bounds of eight and to each group.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
     group_count: usize,
@@ -50,15 +50,14 @@ pub struct GroupTable {
     first_coarser: Vec<u32>,
     first_unit: Vec<u32>,
     units: Vec<TableUnit>,
-    /// The groups that may be refined; `None` for all, in a mesh that is not loaded in parts. With a group, all coarser ones that consume what
-    /// it produces may be, and the terminal ones, so that the refined ones among them make a cut.
+    /// The groups that may be refined; `None` for all, in a mesh that is not loaded in parts. With a group, all coarser
+    /// ones that consume its simplification are available, so that the refined groups among them make a cut.
     pub(crate) available: Option<Vec<u64>>,
-    /// Counts changes of that.
+    /// Counts changes of the available groups.
     pub(crate) available_revision: u32,
-    /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies what the one before
-    /// produces, all in the same place.
+    /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies the whole mesh.
     is_chain: bool,
-    /// The cut in which terminal groups alone are refined.
+    /// The cut in which only terminal groups and their closure are refined.
     pub(crate) coarsest_units: Vec<u32>,
     pub(crate) coarsest_refined: Vec<u64>,
     pub(crate) coarsest_triangle_count: u64,
@@ -118,7 +117,7 @@ impl GroupTable {
     }
 
     fn find_coarsest(&mut self) {
-        // Only what has no simplification asks for refinement.
+        // Terminal groups have no simplification.
         let mut refined = self.terminal.clone();
         self.close_refinement(&mut refined);
         let mut units = Vec::new();
@@ -127,7 +126,7 @@ impl GroupTable {
         self.coarsest_refined = refined;
     }
 
-    /// The groups that a cut refines which draws nothing finer than `level`, and is not closed yet.
+    /// The groups that a cut at `level` refines, without their closure.
     pub(crate) fn refine_from_level(&self, level: u32, refined: &mut Vec<u64>) {
         refined.clone_from(&self.terminal);
         for (group, &of_group) in self.levels.iter().enumerate() {
@@ -135,12 +134,12 @@ impl GroupTable {
         }
     }
 
-    /// Frees all but what tells the coarsest cut.
+    /// Frees everything except the units that instances may have drawn.
     pub(crate) fn retain_coarsest(&mut self) {
         *self = Self {
             coarsest_units: std::mem::take(&mut self.coarsest_units),
             coarsest_triangle_count: self.coarsest_triangle_count,
-            // A removed instance may have been at any level.
+            // An instance of a chain may have been at any level.
             units: match self.is_chain {
                 true => std::mem::take(&mut self.units),
                 false => Vec::new(),
@@ -153,12 +152,12 @@ impl GroupTable {
         self.group_count
     }
 
-    /// Whether all groups stand for the whole mesh: levels of the mesh as a whole do.
+    /// Whether each group is the whole mesh at one level.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
     }
 
-    /// Whether the mesh is drawn as a whole at one level, any of which may be.
+    /// Whether the mesh is drawn as a whole at one level and all levels are available.
     pub(crate) fn is_chain(&self) -> bool {
         self.is_chain && self.available.is_none()
     }
@@ -169,7 +168,7 @@ impl GroupTable {
         (&UNITS[level..=level], u64::from(triangle_count))
     }
 
-    /// The level at which a chain is drawn that draws nothing finer than `level`.
+    /// The finest level of a chain that is not finer than `level`; the coarsest if there is none.
     pub(crate) fn chain_level(&self, level: u32) -> usize {
         let mut levels = self.levels.iter();
         let found = levels.position(|&of_group| of_group >= level);
@@ -181,16 +180,16 @@ impl GroupTable {
         u64::MAX << level & self.present_in(0)
     }
 
-    /// Allows refinement of groups that are `at_hand` together with all their coarser groups.
-    pub(crate) fn set_available(&mut self, at_hand: impl Fn(u32) -> bool) {
+    /// Restricts refinement to groups that `are_loaded` together with all coarser groups.
+    pub(crate) fn set_available(&mut self, are_loaded: impl Fn(u32) -> bool) {
         let mut available = self.coarsest_refined.clone();
-        // Coarser groups have greater indices, so one pass from the coarsest on does it.
+        // Coarser groups have larger indices, so one pass from the coarsest is enough.
         for group in (0..self.group_count).rev() {
             let coarser = self.coarser_of(group).iter();
             let is_reached = coarser
                 .clone()
                 .all(|&coarser| is_set(&available, coarser as usize));
-            if is_reached && at_hand(group as u32) {
+            if is_reached && are_loaded(group as u32) {
                 available[group / CHUNK] |= 1 << (group % CHUNK);
             }
         }
@@ -200,7 +199,7 @@ impl GroupTable {
         }
     }
 
-    /// How many groups the bits of a word stand for.
+    /// Number of groups of a word of bits.
     pub(crate) fn groups_in_word(&self, word: usize) -> usize {
         self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
     }
@@ -220,15 +219,14 @@ impl GroupTable {
         }
     }
 
-    /// Closes a refinement as [`Hierarchy::close_refinement`] does, but for terminal groups, whose
-    /// bits are set before. Finer groups come first, so one pass over the set bits does it, reading
-    /// also those that it sets.
+    /// Closes a refinement like [`Hierarchy::close_refinement`], given the bits of terminal groups. Finer groups come
+    /// first, so one pass over the bits is enough, including those that it sets.
     pub(crate) fn close_refinement(&self, refined: &mut [u64]) {
         for word in 0..refined.len() {
             let mut done = 0u64;
             while refined[word] & !done != 0 {
                 let bit = (refined[word] & !done).trailing_zeros();
-                // Bits below are done: coarser groups have greater indices.
+                // Bits below are done: coarser groups have larger indices.
                 done |= u64::MAX >> (63 - bit);
                 for &coarser in self.coarser_of(word * CHUNK + bit as usize) {
                     refined[coarser as usize / CHUNK] |= 1 << (coarser as usize % CHUNK);
@@ -237,7 +235,7 @@ impl GroupTable {
         }
     }
 
-    /// The bits of a word that stand for groups.
+    /// The bits of a word that belong to groups.
     pub(crate) fn present_in(&self, word: usize) -> u64 {
         u64::MAX
             .checked_shr((CHUNK - self.groups_in_word(word)) as u32)
@@ -254,7 +252,7 @@ impl GroupTable {
         for group in set_bits(refined) {
             for index in self.units_of(group) {
                 let unit = self.units[index];
-                // The mark of source geometry is beyond the end.
+                // Source geometry has a producer beyond the end, whose bit is not set.
                 if !is_set(refined, unit.produced_by as usize) {
                     units.push(index as u32);
                     triangle_count += u64::from(unit.triangle_count);
@@ -293,8 +291,8 @@ static UNITS: [u32; CHUNK] = {
     units
 };
 
-/// Whether each group consumes the one unit that the group before produces, in the same place, and the last one
-/// alone is terminal.
+/// Whether each group consumes the one unit that the group before produces, all have the same bounds, and only the last
+/// group is terminal.
 fn is_chain(hierarchy: &Hierarchy) -> bool {
     let Hierarchy { groups, units, .. } = hierarchy;
     let has_size = (1..=CHUNK).contains(&groups.len()) && units.len() == groups.len();

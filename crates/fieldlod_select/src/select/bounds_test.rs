@@ -1,14 +1,14 @@
-//! Tests of eight spheres at once, which answer only what the criterion would answer alike: that no group in a
-//! sphere has an error above the threshold.
+//! Conservative tests of eight spheres at once: a sphere passes only if the criterion finds no error above the threshold
+//! in any of its groups.
 //!
 //! # Far enough in any direction
 //! With `S` the secant of the widest corner of the image, the bounds of [`camera_field`] give
 //! ```text
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
-//! so that `e k/τ + r ≤ ρ` answers, with `k` the factor before `e √W` or `d`: in local space and without a root,
-//! `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. What
-//! reaches the camera, or is not a number, never passes.
+//! so that a sphere passes if `e k/τ + r ≤ ρ`, with `k` the factor before `e √W` or `d`: in local space and without a
+//! root, `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. A
+//! sphere that reaches the camera or holds NaN never passes.
 //!
 //! # Outside
 //! Farther beyond a side of the view than the sphere's radius.
@@ -23,7 +23,8 @@ use crate::view::InstanceView;
 use crate::view::sides::Sides;
 use crate::view::stretch::least_stretch;
 
-/// Rounding of points, relative to their coordinates, and of errors.
+/// Bounds of the rounding of points, relative to their coordinates, and of errors. Smaller values let spheres pass that
+/// the criterion refines, which the tests against the criterion find; larger ones only test more groups.
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
@@ -36,7 +37,7 @@ pub(crate) struct ViewBounds {
 /// Bounds of one camera.
 pub(super) struct CameraBounds {
     is_orthographic: bool,
-    /// `None` where outside is not the same as below.
+    /// `None` if groups outside the view have errors too.
     sides: Option<Sides<f32>>,
     /// Pixels times distance of errors and, where they count, of deviations.
     error_px: f32,
@@ -80,8 +81,8 @@ impl CameraBounds {
     }
 }
 
-/// The tests of one instance against one threshold. Its numbers stand in all lanes: to put them there each time
-/// would cost as much as a test.
+/// The tests of one instance against one threshold. Its numbers are in all lanes already, because to copy them there
+/// costs as much as a test.
 pub(super) struct BoundsTest {
     is_orthographic: bool,
     eye: V3<f32x8>,
@@ -89,7 +90,7 @@ pub(super) struct BoundsTest {
     deviation_px: Option<f32x8>,
     unevenness: f32x8,
     slack: f32x8,
-    /// In local space, in camera units; `None` where they tell nothing.
+    /// In local space, in camera units; `None` if they cannot be used.
     sides: Option<Sides<f32x8>>,
     camera_per_local: f32x8,
 }
@@ -108,7 +109,7 @@ impl BoundsTest {
         let least = least_stretch(&instance.camera_from_local, most) * 0.999;
         let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
         let slack = POSITION_SLACK * (eye.length() + size) + drift * ROUNDING / least + 1e-14;
-        // Beyond these, squares of lengths are no numbers to trust.
+        // Squares of smaller or larger lengths may underflow or overflow.
         let is_trusted = (1e-15..1e13).contains(&(slack * most));
         let sides = camera.sides.as_ref().filter(|_| is_trusted);
         let per_local = if camera.is_orthographic { most } else { 1.0 };
@@ -126,7 +127,7 @@ impl BoundsTest {
         }
     }
 
-    /// Which of eight bounds hold nothing above the threshold.
+    /// Which of eight bounds have no error above the threshold.
     #[inline]
     pub(super) fn passes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
         let far = self.is_far(bounds, element);

@@ -1,30 +1,31 @@
-//! The search for the threshold that keeps to a triangle budget: the frame is selected at one threshold after the
-//! other until its triangles fit.
+//! The search for the finest threshold whose triangles fit the budget: the frame is selected at one threshold after
+//! another.
 
 use crate::settings::LodSettings;
 
-/// Share of the budget below which a finer threshold is sought. Between it and the whole budget the threshold stays:
-/// a larger share changes it in more frames, a smaller one leaves more of the budget unused.
+/// Share of the budget below which a finer threshold is searched. A larger share changes the threshold in more frames, a
+/// smaller one leaves more of the budget unused.
 const DEAD_BAND_FROM: f64 = 0.95;
-/// Frames until a threshold is sought again that draws as much of the budget as the last search could reach: groups
-/// come and go as a whole, so the budget may be out of reach for a while.
+/// Frames after which a search is repeated although the last one could not use more of the budget: groups are refined as
+/// a whole, so the budget may be out of reach for a while. Fewer frames cost a search each, more recover later.
 const PATIENCE: u32 = 16;
-/// Selections in one search.
+/// Most selections in one search: enough to bracket any budget and to halve the interval to [`LEAST_STEP`].
 const MOST_TRIES: u32 = 12;
-/// Relative difference of thresholds that is not worth another selection, and the first step of a search.
+/// Relative difference at which a search ends, and its first step. A smaller one costs more selections, a larger one
+/// leaves more of the budget unused.
 const LEAST_STEP: f32 = 0.02;
 /// First threshold above 0.
 const LEAST_PX: f32 = 1e-3;
 
-/// The threshold in use, and what is known of others during a search.
+/// The threshold in use, and the state of a search.
 #[derive(Debug, Default)]
 pub(crate) struct BudgetSearch {
-    /// `None` for that of the settings, the finest allowed.
+    /// `None` for the threshold of the settings, the finest allowed.
     threshold_px: Option<f32>,
     /// Budget and triangles at the end of the last search, and frames since.
     found: [u64; 2],
     age: u32,
-    /// The coarsest threshold that exceeds the budget, and the finest that keeps to it.
+    /// The coarsest known threshold that exceeds the budget, and the finest that fits.
     exceeds: Option<f32>,
     keeps: Option<f32>,
     tries: u32,
@@ -35,7 +36,7 @@ impl BudgetSearch {
     pub(crate) fn settings(&self, settings: &LodSettings) -> LodSettings {
         let coarser = |threshold_px: &f32| *threshold_px > settings.threshold_px();
         match self.threshold_px.filter(coarser) {
-            Some(threshold_px) if budget_of(settings).is_some() => {
+            Some(threshold_px) if settings.triangle_budget.is_some() => {
                 settings.at_threshold(threshold_px)
             }
             _ => *settings,
@@ -49,7 +50,7 @@ impl BudgetSearch {
         settings: &LodSettings,
         triangle_count: u64,
     ) -> Option<LodSettings> {
-        let budget = budget_of(settings)?;
+        let budget = settings.triangle_budget?;
         let used_px = self.settings(settings).threshold_px();
         if self.tries == 0 && !self.is_due(budget, triangle_count, used_px) {
             return None;
@@ -71,7 +72,7 @@ impl BudgetSearch {
         Some(next)
     }
 
-    /// Whether another threshold should be sought.
+    /// Whether to search another threshold.
     fn is_due(&mut self, budget: u64, triangle_count: u64, used_px: f32) -> bool {
         self.age = self.age.saturating_add(1);
         let [last_budget, found] = self.found;
@@ -97,7 +98,7 @@ impl BudgetSearch {
         if is_kept && (is_used_up || used_px <= finest_px || is_last) {
             return used_px;
         }
-        // With hysteresis at the edges of the view, a threshold that kept to the budget may exceed it in the next try.
+        // Because of the hysteresis at the edges of the view, a threshold that fits may exceed the budget in another try.
         let beyond = |other: &f32| {
             if is_kept {
                 *other < used_px
@@ -110,12 +111,12 @@ impl BudgetSearch {
         } else {
             (self.exceeds, self.keeps) = (Some(used_px), self.keeps.filter(beyond));
         }
-        // Ever longer steps until the budget is between two thresholds.
+        // Steps grow until the budget is between two thresholds.
         let step = 1.0 + LEAST_STEP * (1u32 << self.tries.min(MOST_TRIES)) as f32;
         match (self.exceeds, self.keeps) {
             (_, Some(keeps)) if is_last => keeps,
             (_, None) if is_last => f32::INFINITY,
-            // No step leads back from infinity.
+            // Steps from infinity stay there.
             (None, Some(f32::INFINITY)) => finest_px.max(LEAST_PX),
             (None, Some(keeps)) => (keeps / step).max(finest_px),
             (Some(exceeds), Some(keeps)) if keeps < exceeds * (1.0 + LEAST_STEP) => keeps,
@@ -123,10 +124,4 @@ impl BudgetSearch {
             _ => (used_px * step).max(LEAST_PX),
         }
     }
-}
-
-/// The budget of settings; forced levels ignore it.
-fn budget_of(settings: &LodSettings) -> Option<u64> {
-    let is_free = settings.forced_level.is_none();
-    settings.triangle_budget.filter(|_| is_free)
 }

@@ -17,11 +17,10 @@ pub struct Change<'a> {
     pub left: &'a [u32],
 }
 
-/// The same change of `count` instances with indices that follow each other.
+/// The change of one instance, as ranges of `Changes::units`.
 #[derive(Clone, Debug)]
 struct RawChange {
     instance: InstanceId,
-    count: u32,
     entered: Range<u32>,
     left: Range<u32>,
 }
@@ -29,17 +28,19 @@ struct RawChange {
 /// All changes of one selection.
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
-    all: Vec<RawChange>,
+    /// Instances that enter with the coarsest units of their meshes, before all other changes.
+    at_coarsest: Vec<(InstanceId, MeshId)>,
+    others: Vec<RawChange>,
     /// The units of all changes. The first are 0, 1, 2 …: those of whole meshes by their levels.
     units: Vec<u32>,
-    /// By mesh, where in `units` its coarsest units stand, if an instance has entered with them:
-    /// one copy is enough for all.
+    /// By mesh, the range of its coarsest units in `units`: one copy is enough for all instances.
     coarsest: Vec<Range<u32>>,
 }
 
 impl Changes {
     pub(crate) fn clear(&mut self) {
-        self.all.clear();
+        self.at_coarsest.clear();
+        self.others.clear();
         self.units.truncate(CHUNK);
         if self.units.is_empty() {
             self.units.extend(0..CHUNK as u32);
@@ -48,55 +49,43 @@ impl Changes {
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Change<'_>> {
-        self.all.iter().flat_map(move |change| {
-            let InstanceId { index, generation } = change.instance;
-            let part = |range: &Range<u32>| &self.units[range.start as usize..range.end as usize];
-            (index..index + change.count).map(move |index| Change {
-                instance: InstanceId { index, generation },
-                entered: part(&change.entered),
-                left: part(&change.left),
-            })
-        })
-    }
-
-    /// `count` instances enter with the coarsest units of their mesh: `first`, and those that follow it.
-    pub(crate) fn enter(
-        &mut self,
-        first: InstanceId,
-        count: u32,
-        mesh: MeshId,
-        table: &GroupTable,
-    ) {
-        // The first instance of a mesh brings the list of units, the others share it.
-        let entered = match self.coarsest.get(mesh.index()) {
-            Some(range) if !range.is_empty() => range.clone(),
-            _ => self.copy_coarsest(mesh, &table.coarsest_units),
-        };
-        if count > 0 && !entered.is_empty() {
-            self.all.push(RawChange {
-                instance: first,
-                count,
-                entered,
-                left: 0..0,
+        let part = |range: &Range<u32>| &self.units[range.start as usize..range.end as usize];
+        let at_coarsest = self
+            .at_coarsest
+            .iter()
+            .map(move |&(instance, mesh)| Change {
+                instance,
+                entered: part(&self.coarsest[mesh.index()]),
+                left: &[],
             });
-        }
+        let others = self.others.iter().map(move |change| Change {
+            instance: change.instance,
+            entered: part(&change.entered),
+            left: part(&change.left),
+        });
+        at_coarsest.chain(others)
     }
 
-    fn copy_coarsest(&mut self, mesh: MeshId, coarsest: &[u32]) -> Range<u32> {
-        let first = self.units.len() as u32;
-        self.units.extend_from_slice(coarsest);
-        let range = first..self.units.len() as u32;
-        let count = self.coarsest.len().max(mesh.index() + 1);
-        self.coarsest.resize(count, 0..0);
-        self.coarsest[mesh.index()] = range.clone();
-        range
+    /// An instance enters with the coarsest units of its mesh. No other change of it may come before.
+    pub(crate) fn enter(&mut self, instance: InstanceId, mesh: MeshId, table: &GroupTable) {
+        let index = mesh.index();
+        if self.coarsest.len() <= index {
+            self.coarsest.resize(index + 1, 0..0);
+        }
+        if self.coarsest[index].is_empty() {
+            let first = self.units.len() as u32;
+            self.units.extend_from_slice(&table.coarsest_units);
+            self.coarsest[index] = first..self.units.len() as u32;
+        }
+        if !table.coarsest_units.is_empty() {
+            self.at_coarsest.push((instance, mesh));
+        }
     }
 
     /// A whole mesh went from one level to another.
     pub(crate) fn change_level(&mut self, instance: InstanceId, before: u32, now: u32) {
-        self.all.push(RawChange {
+        self.others.push(RawChange {
             instance,
-            count: 1,
             entered: now..now + 1,
             left: before..before + 1,
         });
@@ -107,9 +96,8 @@ impl Changes {
         let entered = self.append_difference(now, before);
         let left = self.append_difference(before, now);
         if !(entered.is_empty() && left.is_empty()) {
-            self.all.push(RawChange {
+            self.others.push(RawChange {
                 instance,
-                count: 1,
                 entered,
                 left,
             });

@@ -1,4 +1,4 @@
-//! Which groups of an instance ask for refinement: tests of bounds of 64 groups and of eight first, then the criterion,
+//! Which groups of an instance exceed the threshold: by bounds of 64 and of eight groups first, then by the criterion,
 //! always eight at a time.
 
 use std::cell::OnceCell;
@@ -14,10 +14,10 @@ use crate::scene::table::GroupTable;
 use crate::settings::{LodSettings, Thresholds};
 use crate::view::InstanceView;
 
-/// Marks the groups whose own error exceeds its threshold, and the terminal ones: a bit for each,
-/// 64 to a word. `was_refined` has the last cut's bits. The cut needs the closure on top.
+/// Sets the bits of groups whose own error exceeds the threshold, and of terminal groups, 64 to a word. `was_refined` has
+/// the bits of the last cut. The closure of the bits makes the cut.
 ///
-/// Same bits as [`group_error_px`](crate::group_error_px) of every group against its threshold.
+/// The bits equal those by [`group_error_px`](crate::group_error_px) of every group.
 pub fn refine(
     table: &GroupTable,
     instance: &InstanceView,
@@ -37,7 +37,7 @@ pub(crate) struct Decision<'a> {
     criterion: Criterion<'a, f32x8>,
     thresholds: Thresholds,
     shares: Shares<'a>,
-    /// How far groups may move in the camera, for decisions that hold meanwhile.
+    /// How far groups may move in camera space while the decisions hold.
     drift: f32,
     /// Made when first used.
     entering: OnceCell<BoundsTest>,
@@ -66,12 +66,12 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Decisions that hold while groups move by `drift`: groups that were refined ask for refinement if they do
-    /// throughout, and others if they may.
+    /// Decisions that hold while groups move by `drift`: a refined group exceeds the threshold if it does so throughout,
+    /// another one if it may do so.
     pub(crate) fn throughout(mut self, drift: Drift) -> Self {
         self.drift = drift.distance;
         self.criterion.drift = Some(drift);
-        // Beyond what rounding changes.
+        // By more than rounding.
         self.thresholds.refine_above_px *= 0.999;
         self.thresholds.coarsen_below_px *= 1.001;
         self
@@ -80,12 +80,12 @@ impl<'a> Decision<'a> {
     /// Decides all groups of a table.
     pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
         refined.clone_from(&table.terminal);
-        // The bounds tell only that errors are below a threshold.
+        // The bounds tell only that errors are below a threshold; a negative one refines groups without errors too.
         let has_bounds = self.thresholds.coarsen_below_px >= 0.0;
         for (element, words) in refined.chunks_mut(LANES).enumerate() {
             let first = element * LANES;
             let was = |word: usize| was_refined.get(first + word).copied().unwrap_or(0);
-            // Only where a group was refined that need not be, the lower threshold matters.
+            // The lower threshold counts only for refined groups that are not terminal.
             let may_leave = |word: usize| was(word) & !table.terminal[first + word] != 0;
             let any_may_leave = (0..words.len()).any(may_leave);
             let live = |test: &BoundsTest, bounds, element| match has_bounds {
@@ -112,8 +112,8 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// The level of a [chain](GroupTable::is_chain) that was drawn at the level `was`: the finest group that is
-    /// refined tells it, since coarser ones are refined whatever their errors.
+    /// The level of a [chain](GroupTable::is_chain) that was drawn at the level `was`: its finest refined group, since
+    /// all coarser groups are refined with it.
     pub(crate) fn level(&self, table: &GroupTable, was: usize) -> usize {
         let (refined, terminal) = (table.refined_at_level(was), table.terminal[0]);
         let blocks = 0..table.group_count().div_ceil(LANES);
@@ -147,7 +147,7 @@ impl<'a> Decision<'a> {
         let exceeds = |threshold_px: f32| {
             bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
         };
-        // Each group against the threshold of its last answer; NaN asks for refinement.
+        // Each group against the threshold of its last state; NaN exceeds both.
         let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
         let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
         entering | staying

@@ -1,4 +1,4 @@
-//! Which groups a view asks for, of meshes that are loaded in parts.
+//! Which groups a view needs, of meshes that are loaded in parts.
 
 use wide::f32x8;
 
@@ -11,7 +11,7 @@ use crate::selector::Selector;
 use crate::settings::LodSettings;
 use crate::view::{InstanceView, View};
 
-/// A group that an instance in a view refines, or would if it could.
+/// A group that an instance refines in a view, or would refine if it were available.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroupDemand {
     /// The mesh of the instance.
@@ -20,15 +20,15 @@ pub struct GroupDemand {
     pub instance: InstanceId,
     /// The group's index in its hierarchy.
     pub group: u32,
-    /// The error in pixels of what is drawn in its place, if it [is not at hand](Scene::set_available).
-    /// Coarser groups err no less.
+    /// The error in pixels of its simplification, if the group is not [available](Scene::set_available). Errors of
+    /// coarser groups are no smaller.
     pub missing_px: Option<f32>,
 }
 
 impl Selector {
-    /// Tells `visit` of each group that the last selection refines, or would refine if it were at hand, of
-    /// instances of meshes that are [loaded in parts](Scene::set_available); but not of those that every cut
-    /// refines. `scene` must be the one that was selected from.
+    /// Calls `visit` with each group that the last selection refines, or would refine if it were available, of meshes
+    /// that are [loaded in parts](Scene::set_available). Groups that every cut refines are left out. `scene` must be
+    /// the one that was selected from.
     pub fn demand(&self, scene: &Scene, mut visit: impl FnMut(GroupDemand)) {
         let Some((cuts, view, settings)) = self.last_cuts() else {
             return;

@@ -7,14 +7,15 @@ use crate::scene::Scene;
 use crate::settings::LodSettings;
 use crate::view::View;
 
-/// The input of a frame, and the tests that are made of it once.
+/// The input of a frame, and the tests that are made from it once.
 pub(crate) struct Frame<'a> {
     pub(crate) scene: &'a Scene,
     /// The view with its margins.
     pub(crate) view: &'a View,
     pub(crate) settings: &'a LodSettings,
-    /// Nothing was selected before: instances at their coarsest levels are listed at the end of the frame.
-    pub(crate) is_first: bool,
+    pub(super) input: &'a Input,
+    /// Input of the last selection.
+    pub(super) last: Option<Input>,
     /// Whether another selection of the same frame has updated the visible shares.
     pub(crate) are_shares_known: bool,
     /// Weights of errors and deviations.
@@ -26,21 +27,44 @@ pub(crate) struct Frame<'a> {
 impl<'a> Frame<'a> {
     pub(crate) fn new(
         scene: &'a Scene,
-        view: &'a View,
-        settings: &'a LodSettings,
-        is_first: bool,
+        input: &'a Input,
+        last: Option<Input>,
         are_shares_known: bool,
     ) -> Self {
+        let (view, settings) = (&input.view, &input.settings);
         Self {
             scene,
             view,
             settings,
-            is_first,
+            input,
+            last,
             are_shares_known,
             units: ErrorUnits::new(&view.camera, settings),
             test: KeepTest::new(view, settings),
             bounds: ViewBounds::new(&view.camera, &view.kept_camera, settings),
         }
+    }
+
+    /// Whether nothing was selected before.
+    pub(crate) fn is_first(&self) -> bool {
+        self.last.is_none()
+    }
+
+    /// Whether instances may keep their states. After other changes each is decided again.
+    pub(super) fn keeps_states(&self) -> bool {
+        let of = |input: &Input| {
+            let settings = &input.settings;
+            let hides = settings.visible_flux.is_some();
+            (input.view.layers, settings.forced_level, hides)
+        };
+        let last = self.last.as_ref();
+        last.is_none_or(|last| of(last) == of(self.input) && last.has_same_groups(self.input))
+    }
+
+    /// Whether limits in the units of the last selection are valid.
+    pub(super) fn keeps_units(&self) -> bool {
+        let units = |last: &Input| ErrorUnits::new(&last.view.camera, &last.settings);
+        self.last.as_ref().map(units) == Some(self.units)
     }
 }
 
@@ -54,17 +78,6 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// Whether all but the pose and the scene's instances is the same.
-    pub(crate) fn differs_by_pose_alone(&self, last: &Self) -> bool {
-        let view = View {
-            camera_from_world: last.view.camera_from_world,
-            eye_in_world: last.view.eye_in_world,
-            ..self.view
-        };
-        let is_same_view = view == last.view && self.settings == last.settings;
-        is_same_view && self.available_revision == last.available_revision
-    }
-
     pub(crate) fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
         Self {
             view: *view,
@@ -72,5 +85,20 @@ impl Input {
             revision: scene.revision,
             available_revision: scene.available_revision,
         }
+    }
+
+    /// Whether only the pose and the instances differ.
+    pub(super) fn differs_by_pose_alone(&self, last: &Self) -> bool {
+        let view = View {
+            camera_from_world: last.view.camera_from_world,
+            eye_in_world: last.view.eye_in_world,
+            ..self.view
+        };
+        view == last.view && self.settings == last.settings && self.has_same_groups(last)
+    }
+
+    /// Whether the same groups are available.
+    fn has_same_groups(&self, last: &Self) -> bool {
+        self.available_revision == last.available_revision
     }
 }

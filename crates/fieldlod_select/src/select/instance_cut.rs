@@ -12,14 +12,14 @@ pub(crate) struct InstanceCut {
     /// The closure of those.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
-    /// Refined groups that are loaded, if not all are.
+    /// Refined groups that are available, if not all are.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
     units_before: Vec<u32>,
     triangle_count: u64,
     shares: ShareMemory,
-    /// The camera's motion within which nothing is decided anew.
+    /// The motion of the camera within which the cut stays.
     pub(crate) hold: Option<Hold>,
 }
 
@@ -43,7 +43,7 @@ impl InstanceCut {
         self.triangle_count = triangle_count;
         self.shares.clear();
         self.hold = None;
-        // The first decision gathers units, whatever it decides.
+        // The first decision always gathers units.
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
 
@@ -80,7 +80,7 @@ impl InstanceCut {
                 let pairs = self.refined.iter().zip(available);
                 self.drawn.clear();
                 self.drawn
-                    .extend(pairs.map(|(refined, at_hand)| refined & at_hand));
+                    .extend(pairs.map(|(refined, available)| refined & available));
                 &self.drawn
             }
         };
@@ -110,8 +110,8 @@ impl InstanceCut {
         &self.refined
     }
 
-    /// Whether these decisions make the same cut: all groups that asked for refinement still do, and none outside the
-    /// closure does.
+    /// Whether these decisions make the same cut: all groups that exceeded their thresholds still do, and none outside
+    /// the closure does.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
         let words = own.iter().zip(&self.own).zip(&self.refined);
         words.fold(true, |is_same, ((now, own), refined)| {

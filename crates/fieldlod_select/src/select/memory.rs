@@ -1,25 +1,27 @@
 //! The state of an instance in a view, and the limits within which it stays.
 
-use crate::criterion::limits::{ErrorUnits, Limits};
-use crate::hidden::held_shares::LevelShare;
+use super::frame::Frame;
+use crate::criterion::limits::Limits;
 use crate::scene::{InstanceId, MeshId, Scene};
 
-/// How an instance is drawn.
-#[derive(Clone, Copy, Debug, Default)]
+/// The instance in a slot and how it is drawn.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct InstanceMemory {
+    pub(crate) instance: InstanceId,
     pub(crate) state: InstanceState,
-    /// The instance in the slot.
-    pub(crate) instance: Option<InstanceId>,
-    /// Version of the instance at the last decision.
-    pub(crate) version: u32,
-    /// Visible share of a mesh that is drawn as a whole.
-    pub(crate) share: LevelShare,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+impl InstanceMemory {
+    /// Of a slot that was not selected yet.
+    pub(crate) const NONE: Self = Self {
+        instance: InstanceId::NONE,
+        state: InstanceState::Empty,
+    };
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InstanceState {
     /// Not selected yet, removed, or on other layers: draws nothing.
-    #[default]
     Empty,
     /// Only terminal groups are refined. The scene may have removed the instance since.
     Coarsest(MeshId),
@@ -30,6 +32,19 @@ pub(crate) enum InstanceState {
 }
 
 impl InstanceState {
+    /// The state of an instance whose mesh the view draws, or does not draw.
+    pub(crate) fn coarsest(seen: Option<MeshId>) -> Self {
+        seen.map_or(Self::Empty, Self::Coarsest)
+    }
+
+    /// The mesh drawn without a cut of its own.
+    pub(crate) fn mesh(self) -> Option<MeshId> {
+        match self {
+            Self::Coarsest(mesh) | Self::AtLevel(mesh, _) => Some(mesh),
+            Self::Empty | Self::Mixed(_) => None,
+        }
+    }
+
     /// The units drawn without a cut of its own, and their triangles.
     pub(crate) fn drawn_whole(self, scene: &Scene) -> (&[u32], u64) {
         match self {
@@ -38,30 +53,25 @@ impl InstanceState {
                 (&table.coarsest_units, table.coarsest_triangle_count)
             }
             Self::AtLevel(mesh, level) => scene.table(mesh).drawn_at_level(usize::from(level)),
-            _ => (&[], 0),
+            Self::Empty | Self::Mixed(_) => (&[], 0),
         }
     }
 
-    /// The limits of an instance that is not forced to a level. With visible flux, finer levels are decided in each
-    /// frame.
-    pub(crate) fn limits(
-        self,
-        scene: &Scene,
-        slot: usize,
-        units: &ErrorUnits,
-        hides: bool,
-    ) -> Limits {
+    /// The limits within which an instance keeps the state just decided. With visible flux, finer levels are decided in
+    /// each frame.
+    pub(crate) fn limits(self, frame: &Frame, slot: usize) -> Limits {
+        let hides = frame.settings.visible_flux.is_some();
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
-            Self::Mixed(_) => return Limits::UNKNOWN,
-            Self::AtLevel(..) if hides => return Limits::UNKNOWN,
+            _ if frame.settings.forced_level.is_some() => return Limits::FIXED,
             Self::Coarsest(mesh) => (mesh, None),
-            Self::AtLevel(mesh, level) => (mesh, Some(usize::from(level))),
+            Self::AtLevel(mesh, level) if !hides => (mesh, Some(usize::from(level))),
+            Self::Mixed(_) | Self::AtLevel(..) => return Limits::UNKNOWN,
         };
-        let errors = &scene.table(mesh).level_errors;
+        let errors = &frame.scene.table(mesh).level_errors;
         let level = level.unwrap_or(errors.coarsest());
         errors
-            .limits(level, units, 1.0)
-            .scaled(scene.columns.error_scales[slot])
+            .limits(level, &frame.units)
+            .scaled(frame.scene.columns.error_scales[slot])
     }
 }

@@ -1,4 +1,4 @@
-//! The camera's motion, within which the cut of an instance that is decided group by group stays the same.
+//! The motion of the camera within which a cut of groups stays the same.
 //!
 //! A camera that travels by `t` and turns by `θ` displaces a point at the distance `ρ` by at most `t + θ ρ` in camera
 //! space, and its direction from the point by at most `t / (ρ − t)`. The criterion bounds the field over a group's
@@ -6,7 +6,7 @@
 //! subtracted, even below zero, no displaced group has a smaller bound. If the groups that are not refined stay below
 //! the threshold by the first, and the others above it by the second, the cut holds for the whole motion.
 
-use super::frame::Input;
+use super::frame::{Frame, Input};
 use crate::criterion::Motion;
 use crate::view::stretch::largest_stretch;
 
@@ -35,9 +35,10 @@ pub(crate) struct Hold {
 }
 
 impl Odometer {
-    /// Adds the motion from the last frame's input to this one's.
-    pub(crate) fn advance(&mut self, last: Option<&Input>, now: &Input) {
-        let motion = last.and_then(|last| motion_between(last, now));
+    /// Adds the motion since the last frame.
+    pub(crate) fn advance(&mut self, frame: &Frame) {
+        let last = frame.last.as_ref();
+        let motion = last.and_then(|last| motion_between(last, frame.input));
         self.ahead = motion.map(|Motion { travel, turn }| Motion {
             travel: travel * FRAMES_AHEAD,
             turn: turn * FRAMES_AHEAD,

@@ -20,55 +20,36 @@ struct Candidate<'a> {
     placed: &'a Instance,
     mesh: MeshId,
     table: &'a GroupTable,
-    forced_level: Option<u32>,
     was: InstanceState,
 }
 
 impl SceneCuts {
     /// Decides one instance, and records its changes.
     pub(super) fn decide(&mut self, frame: &Frame, near: &Near) {
-        let (scene, slot) = (frame.scene, near.slot as usize);
-        let memory = &mut self.memories[slot];
-        let Some(instance) = memory.instance else {
-            return;
-        };
-        let was = memory.state;
-        let (mesh, forced_level) = match was {
-            // Limits are known only of instances that have not changed: to read the entry would be a cache miss.
-            InstanceState::Coarsest(mesh) | InstanceState::AtLevel(mesh, _)
-                if self.limits.are_known(slot) =>
-            {
-                (mesh, None)
-            }
-            _ => {
-                let entry = &scene.entries[instance.index()];
-                memory.version = entry.version;
-                // Not on the view's layers.
-                let Some(mesh) = entry.seen_mesh(frame.view.layers) else {
-                    return self.draw_whole(frame, slot, InstanceState::Empty, false);
-                };
-                (mesh, frame.settings.forced_level.or(entry.forced_level))
-            }
+        let (scene, slot) = (frame.scene, near.slot);
+        let occupant = &scene.columns.occupants[slot];
+        // Not on the view's layers.
+        let Some(mesh) = occupant.seen_mesh(frame.view.layers) else {
+            return self.draw_whole(frame, slot, InstanceState::Empty);
         };
         // Without a shadow in the view.
-        if forced_level.is_none() && near.is_dark {
-            return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh), false);
+        if near.is_dark && frame.settings.forced_level.is_none() {
+            return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh));
         }
+        let was = self.memories[slot].state;
         if self.holds(was) {
             return;
         }
         let candidate = Candidate {
             near,
             slot,
-            index: instance.index,
-            placed: &scene.instances[instance.index()],
+            index: occupant.id.index,
+            placed: &scene.instances[occupant.id.index()],
             mesh,
             table: scene.table(mesh),
-            forced_level,
             was,
         };
         self.statistics.instances_decided += 1;
-        self.statistics.groups_decided += candidate.table.group_count();
         if candidate.table.is_chain() {
             self.decide_level(frame, &candidate);
         } else if !self.stays_hidden(frame, &candidate) {
@@ -76,9 +57,9 @@ impl SceneCuts {
         }
     }
 
-    fn draw_whole(&mut self, frame: &Frame, slot: usize, state: InstanceState, is_forced: bool) {
+    fn draw_whole(&mut self, frame: &Frame, slot: usize, state: InstanceState) {
         self.change_state(frame, slot, state);
-        self.set_limits(frame, slot, state, is_forced);
+        self.limits.set(slot, state.limits(frame, slot));
     }
 
     /// Decides the level of a mesh that is drawn as a whole.
@@ -90,7 +71,7 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
             _ => coarsest,
         };
-        let level = match candidate.forced_level {
+        let level = match frame.settings.forced_level {
             Some(level) => table.chain_level(level),
             None => {
                 self.see_level(frame, candidate, was < coarsest);
@@ -102,20 +83,15 @@ impl SceneCuts {
             true => InstanceState::Coarsest(candidate.mesh),
             false => InstanceState::AtLevel(candidate.mesh, level as u8),
         };
-        self.draw_whole(
-            frame,
-            candidate.slot,
-            state,
-            candidate.forced_level.is_some(),
-        );
+        self.draw_whole(frame, candidate.slot, state);
     }
 
-    /// The level by bounds over the whole instance, if they tell.
+    /// The level by bounds over the whole instance; `None` if they are not decisive.
     fn certain_level(&self, frame: &Frame, candidate: &Candidate, was: usize) -> Option<usize> {
         let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
             Some(flux) => {
-                let steps = self.memories[candidate.slot].share.now_and_held();
+                let steps = self.level_shares[candidate.slot].now_and_held();
                 steps.map(|step| share_of_step(step, flux.least_share).sqrt())
             }
         };
@@ -132,9 +108,12 @@ impl SceneCuts {
 
     /// The level by the criterion.
     fn exact_level(&self, frame: &Frame, candidate: &Candidate, was: usize) -> usize {
-        let steps = self.memories[candidate.slot].share.steps(was);
+        let steps;
         let shares = match &frame.settings.visible_flux {
-            Some(flux) => Shares::new(&steps, flux.least_share),
+            Some(flux) => {
+                steps = self.level_shares[candidate.slot].steps(was);
+                Shares::new(&steps, flux.least_share)
+            }
             None => Shares::FULL,
         };
         let placed = candidate.placed;
@@ -145,11 +124,10 @@ impl SceneCuts {
 
     /// Updates the visible share of a mesh that is drawn as a whole.
     fn see_level(&mut self, frame: &Frame, candidate: &Candidate, is_refined: bool) {
-        let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
-        else {
+        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
             return;
         };
-        let share = &mut self.memories[candidate.slot].share;
+        let share = &mut self.level_shares[candidate.slot];
         if !(frame.are_shares_known && is_refined) {
             let now = buffer.share_of_all(candidate.table, candidate.index, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
@@ -160,25 +138,22 @@ impl SceneCuts {
     /// Whether an instance at its coarsest level stays there because of its visible share.
     fn stays_hidden(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
         let &Candidate { slot, table, .. } = candidate;
-        let (Some(flux), Some(buffer)) = (&frame.settings.visible_flux, &self.visible.buffer)
-        else {
+        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
             return false;
         };
         let is_coarsest = matches!(
             candidate.was,
             InstanceState::Empty | InstanceState::Coarsest(_)
         );
-        if !is_coarsest || candidate.forced_level.is_some() {
-            return false;
-        }
-        let Some(step) = buffer.share_of_all(table, candidate.index, candidate.placed) else {
-            return false;
+        let share = match is_coarsest {
+            true => buffer.share_of_all(table, candidate.index, candidate.placed),
+            false => None,
         };
-        let share = share_of_step(step, flux.least_share);
-        let stays = candidate.fits_coarsest(frame, share);
+        let stays = share.is_some_and(|step| {
+            candidate.fits_coarsest(frame, share_of_step(step, flux.least_share))
+        });
         if stays {
-            let state = InstanceState::Coarsest(candidate.mesh);
-            self.draw_whole(frame, slot, state, false);
+            self.draw_whole(frame, slot, InstanceState::Coarsest(candidate.mesh));
         }
         stays
     }
@@ -199,20 +174,20 @@ impl SceneCuts {
         let InstanceState::Mixed(key) = candidate.was else {
             return false;
         };
-        let may_hold = frame.settings.visible_flux.is_none() && candidate.forced_level.is_none();
+        let settings = frame.settings;
+        let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
         let ahead = self.odometer.ahead().filter(|_| may_hold);
         let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
         let (Some(ahead), Some(drift)) = (ahead, drift) else {
             return false;
         };
         let view = InstanceView::new(frame.view, &placed.world_from_local);
-        // Nothing is known of how uneven stretches change with the direction.
+        // An uneven stretch depends on the direction, which the drift does not bound.
         if view.seen_stretch.is_some() {
             return false;
         }
         let cut = self.pool.at_mut(key);
-        let (bounds, bias) = (&frame.bounds, placed.bias);
-        let decision = Decision::new(&view, bounds, frame.settings, bias, Shares::FULL);
+        let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, Shares::FULL);
         let decision = decision.throughout(drift);
         decision.decide(table, cut.refined(), &mut self.own_throughout);
         let is_same = cut.is_same_for(&self.own_throughout);
@@ -222,59 +197,53 @@ impl SceneCuts {
 
     /// Decides the groups of an instance.
     fn decide_groups(&mut self, frame: &Frame, candidate: &Candidate) {
+        if self.extend_hold(frame, candidate) {
+            return;
+        }
         let &Candidate {
             slot,
             index,
             placed,
             table,
-            forced_level,
             ..
         } = candidate;
         let settings = frame.settings;
-        if self.extend_hold(frame, candidate) {
-            return;
-        }
         let key = self.key_of_cut(frame, candidate);
         let cut = self.pool.at_mut(key);
         let (_, triangles_before) = cut.drawn();
         let is_mixed = matches!(candidate.was, InstanceState::Mixed(_));
         if !(frame.are_shares_known && is_mixed) {
-            let flux = settings.visible_flux.filter(|_| forced_level.is_none());
+            let flux = settings.visible_flux;
             let seen = flux.map(|_| self.visible.seen(table, index, placed));
             cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
         }
         self.has_unsettled_shares |= !cut.shares().is_settled();
         // Decide the groups, then record the changes.
-        let has_changed = cut.decide(table, |shares, was_refined, refined| match forced_level {
-            Some(level) => table.refine_from_level(level, refined),
-            None => {
-                let view = InstanceView::new(frame.view, &placed.world_from_local);
-                let shares = shares.shares(settings);
-                Decision::new(&view, &frame.bounds, settings, placed.bias, shares).decide(
-                    table,
-                    was_refined,
-                    refined,
-                );
+        let has_changed = cut.decide(table, |shares, was_refined, refined| {
+            if let Some(level) = settings.forced_level {
+                return table.refine_from_level(level, refined);
             }
+            let view = InstanceView::new(frame.view, &placed.world_from_local);
+            let shares = shares.shares(settings);
+            let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, shares);
+            decision.decide(table, was_refined, refined);
         });
-        if let (true, Some(id)) = (has_changed, self.memories[slot].instance) {
+        if has_changed {
             let (now, triangles) = cut.drawn();
-            self.changes.record(id, cut.drawn_before(), now);
+            let instance = self.memories[slot].instance;
+            self.changes.record(instance, cut.drawn_before(), now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
-        // A cut of its own may hold where the limits of the coarsest level do not.
-        let has_limits = settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0);
-        let is_coarsest = forced_level.is_none() && has_limits && cut.is_coarsest(table);
+        // Near the threshold the limits of the coarsest level may fail in each frame: a cut of its own may hold longer.
+        let may_rest = settings.forced_level.is_none()
+            && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
+        let is_coarsest = may_rest && cut.is_coarsest(table);
         self.memories[slot].state = InstanceState::Mixed(key);
-        match is_coarsest {
-            true => self.draw_whole(frame, slot, InstanceState::Coarsest(candidate.mesh), false),
-            false => self.set_limits(
-                frame,
-                slot,
-                InstanceState::Mixed(key),
-                forced_level.is_some(),
-            ),
-        }
+        let state = match is_coarsest {
+            true => InstanceState::Coarsest(candidate.mesh),
+            false => InstanceState::Mixed(key),
+        };
+        self.draw_whole(frame, slot, state);
     }
 
     /// The key of the cut of an instance. A new cut starts from the units drawn so far.
@@ -292,10 +261,10 @@ impl SceneCuts {
 }
 
 impl Candidate<'_> {
-    /// Whether the coarsest level surely shows no error above the threshold, if errors count √`share` times.
+    /// Whether the coarsest level certainly shows no error above the threshold, if errors count √`share` times.
     fn fits_coarsest(&self, frame: &Frame, share: f32) -> bool {
         let errors = &self.table.level_errors;
-        let limits = errors.limits(errors.coarsest(), &frame.units, share);
+        let limits = errors.limits(errors.coarsest(), &frame.units.hidden_to(share));
         let limits = limits.scaled(frame.scene.columns.error_scales[self.slot]);
         limits.highest <= self.near.allowed.coarse[0]
     }

@@ -1,4 +1,4 @@
-//! From local space to camera space: one instance as one view sees it.
+//! The map of one instance from local space to camera space.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -7,21 +7,18 @@ use glam::{Affine3A, Mat3, Vec3};
 use super::View;
 use super::stretch::{SeenStretch, is_similarity, largest_stretch};
 
-/// One instance as one view sees it: the map from local to camera space, taken apart once so that
-/// each group costs little.
+/// The map of one instance to the camera space of one view, prepared once for all groups.
 #[derive(Clone, Copy, Debug)]
 pub struct InstanceView {
     pub(crate) camera: Camera,
     pub(crate) kept_camera: Camera,
     pub(crate) camera_from_local: Mat3,
     pub(crate) origin_in_camera: Vec3,
-    /// Takes normals along. Keeps lengths if the instance is a similarity; else the length is of no
-    /// meaning.
+    /// The map of normals. It keeps their lengths only if the instance is a similarity.
     pub(crate) normal_in_camera_from_local: Mat3,
-    /// The most that any local length grows, in camera units (= world units) per local unit.
+    /// The largest factor of lengths, in camera units (= world units) per local unit.
     pub(crate) camera_per_local: f32,
-    /// What the instance does to lengths across a sight ray; `None` for a similarity, which stretches
-    /// all alike.
+    /// Factors of lengths across a sight ray; `None` for a similarity, which has one factor.
     pub(crate) seen_stretch: Option<SeenStretch>,
 }
 

@@ -1,4 +1,4 @@
-//! Which things outside a view may throw a shadow into it.
+//! Which instances outside a view may cast a shadow into it.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -8,9 +8,10 @@ use super::View;
 use super::sides::Sides;
 use crate::lanes::{Lane, V3};
 
-/// Lights that a view can tell apart; with more of them, all things may cast.
+/// Lights of a view; with more of them, any instance may cast. Each light is tested for each instance outside the view.
 const MOST_LIGHTS: usize = 4;
-/// Directions that lead inwards or outwards by less are along a side.
+/// Sine of the angle below which a direction is along a side: the rounding of a few operations is far smaller, and a
+/// larger one only keeps more casters.
 const ALONG: f32 = 1e-3;
 
 /// A light that casts shadows into a view.
@@ -18,7 +19,7 @@ const ALONG: f32 = 1e-3;
 pub enum ShadowLight {
     /// Its rays all go in one direction, a unit vector in the world.
     Sun(Vec3),
-    /// Its rays reach no farther than this sphere.
+    /// Its rays end within this sphere.
     Lamp(Sphere),
 }
 
@@ -46,8 +47,8 @@ pub(crate) struct ShadowTest {
 }
 
 enum LightTest {
-    /// The sides of the image that a sun's rays lead out of, each a plane of camera space with its offset: a shadow
-    /// does not come in over them.
+    /// The sides of the image over which the rays of a sun leave it, each a plane of camera space with its offset: no
+    /// shadow enters over them.
     Sun(Vec<(V3<f32>, f32)>),
     Lamp(Sphere),
 }

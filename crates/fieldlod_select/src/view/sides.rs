@@ -1,4 +1,4 @@
-//! The sides of a view as planes: how far inside or outside of it a point is.
+//! The sides of a view as planes: how far inside or outside the view a point is.
 
 use camera_field::Camera;
 use glam::{Mat3, Vec3};
@@ -54,7 +54,8 @@ impl<L: Lane> Sides<L> {
     }
 }
 
-/// The sides of a view in camera space: what `x` or `y`, and what `z` or 1 counts in the distance inside each.
+/// The sides of a view in camera space. The distance inside each is a sum of `x` or `y` and of `z` or 1, with these
+/// factors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LensSides {
     is_orthographic: bool,

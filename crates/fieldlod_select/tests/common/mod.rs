@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each suite uses its part")]
 
 pub(crate) mod synthetic;
+pub(crate) mod world;
 
 use std::sync::OnceLock;
 

@@ -1,5 +1,4 @@
-//! Bounds of groups, of eight groups or of 64, eight to an element. What is missing to a
-//! full element is all zero.
+//! Bounds of groups, of eight groups or of 64, eight to an element. The last element is filled with zeros.
 
 use glam::Vec3;
 use wide::f32x8;
@@ -37,7 +36,7 @@ pub(super) fn vectors_of<T>(
 pub(crate) struct BoundsLanes {
     center: Vec<V3<f32x8>>,
     pub(crate) radius: Vec<f32x8>,
-    /// `e √W` with the greatest weight `W` that any direction gives.
+    /// `e √W` with the largest weight `W` of any direction.
     pub(crate) error_weighed: Vec<f32x8>,
     pub(crate) deviation: Vec<f32x8>,
 }

@@ -2,19 +2,9 @@
 
 use wide::f32x8;
 
-use crate::criterion::limits::{ErrorUnits, Limits};
+use crate::criterion::limits::Limits;
 use crate::lanes::bits::{CHUNK, LANES};
 use crate::lanes::{Lane, bits_of};
-
-/// Input of the limits besides the instances.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::select) struct LimitsKey {
-    pub(super) units: ErrorUnits,
-    pub(super) layers: u64,
-    pub(super) forced_level: Option<u32>,
-    pub(super) hides: bool,
-    pub(super) available_revision: u64,
-}
 
 /// Limits of all instances in columns, eight to an element, and of 64 at once.
 #[derive(Debug, Default)]
@@ -56,12 +46,6 @@ impl LimitColumns {
         self.end_chunk(slot / CHUNK);
     }
 
-    /// Whether the limits of an instance are those of a level that was not forced.
-    pub(crate) fn are_known(&self, slot: usize) -> bool {
-        let (eight, lane) = (&self.instances[slot / LANES], slot % LANES);
-        !eight.lowest[lane].is_nan() && eight.highest[lane] >= 0.0
-    }
-
     /// Makes the next pass test a chunk instance by instance.
     fn end_chunk(&mut self, chunk: usize) {
         self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);
@@ -74,7 +58,7 @@ impl LimitColumns {
         let mut highest = f32x8::splat(f32::NEG_INFINITY);
         let mut are_coarsest = f32x8::infinity().is_at_most(f32x8::infinity());
         for eight in &self.instances[first..end] {
-            // NaN must not get lost.
+            // A maximum would drop NaN.
             let (lowest, other) = (f32x8::new(eight.lowest), f32x8::new(eight.highest));
             highest = f32x8::choose(other.is_at_most(highest), highest, other);
             are_coarsest &= f32x8::infinity().is_at_most(lowest) & other.is_at_most(other);

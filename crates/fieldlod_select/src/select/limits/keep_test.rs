@@ -1,4 +1,4 @@
-//! The first pass of a frame: tests which instances certainly keep their cuts, eight at a time.
+//! The pass over all instances: tests which of them certainly keep their cuts, eight at a time.
 //!
 //! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
 //! sphere as in [the criterion](crate::criterion), it stays if
@@ -7,7 +7,7 @@
 //! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
 //! ```
 //! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
-//! size of the sphere: the test answers only if the criterion gives the same answer. NaN never passes.
+//! size of the sphere: an instance passes only if the criterion would keep its cut too. NaN never passes.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -16,7 +16,7 @@ use wide::f32x8;
 use super::columns::EightLimits;
 use crate::criterion::limits::ErrorUnits;
 use crate::criterion::{Drift, Motion};
-use crate::lanes::bits::LANES;
+use crate::lanes::bits::{LANES, set_bits_of};
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::columns::EightSpheres;
 use crate::settings::{LodSettings, Offscreen, Thresholds};
@@ -25,7 +25,8 @@ use crate::view::shadow_lights::ShadowTest;
 use crate::view::sides::LensSides;
 use crate::view::stretch::is_similarity;
 
-/// Allowances for the rounding of coordinates, relative to their size, and of a few operations.
+/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts that
+/// the criterion changes, which the tests against the criterion find; larger ones only decide more instances.
 const POSITION_SLACK: f32 = 1e-5;
 const ROUNDING: f32 = 1.001;
 
@@ -35,7 +36,7 @@ pub(crate) struct KeepTest {
     eye_slack: f32,
     camera_from_world: M3<f32>,
     is_orthographic: bool,
-    /// False for a view that scales, and without thresholds: then no instance passes.
+    /// False for a view that scales and for negative thresholds: then no instance passes.
     is_usable: bool,
     /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
@@ -44,15 +45,16 @@ pub(crate) struct KeepTest {
     scale: Scale,
     /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
-    /// Whether bounds with a secant are those of deviations, at most and at least.
+    /// Whether the upper and the lower bound are those of deviations, which count the secant in full.
     counts_secant: [bool; 2],
-    /// The least factor of [`LodSettings::min_aspect_ratio`], 0 if nothing is known of the lower limit.
+    /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if errors
+    /// have no lower bound.
     least_relaxation: f32,
     shadows: Option<ShadowTest>,
 }
 
-/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: a hair less, and
-/// a hair more.
+/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: rounded down, and
+/// rounded up.
 #[derive(Clone, Copy)]
 struct Scale {
     coarse: [f32; 2],
@@ -63,16 +65,16 @@ struct Scale {
 struct Sighted<L> {
     world: V3<L>,
     seen: V3<L>,
-    /// The radius, and what rounding may move a sphere by.
+    /// The radius and the slack together, which is the most that rounding moves a sphere.
     radius: L,
     slack: L,
 }
 
 /// Bounds of errors, divided by threshold and scale.
 struct Bounds<L> {
-    /// In the view: up to the first they surely fit, above the second they surely exceed.
+    /// In the view: errors up to the first certainly fit, errors above the second certainly exceed.
     in_view: [L; 2],
-    /// The same on the axis, for what is outside of it.
+    /// The same on the axis, for spheres outside the view.
     on_axis: [L; 2],
 }
 
@@ -88,7 +90,7 @@ pub(crate) struct Allowed<L> {
 /// An instance whose cut may change in this frame.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::select) struct Near {
-    pub(in crate::select) slot: u32,
+    pub(in crate::select) slot: usize,
     /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
     pub(in crate::select) is_dark: bool,
     /// Certain bounds of its allowed errors.
@@ -98,14 +100,19 @@ pub(in crate::select) struct Near {
 /// Result of the test of eight instances.
 pub(crate) struct Looked {
     /// Bits of the instances that keep their cuts.
-    pub(crate) kept: u32,
+    kept: u32,
     /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
     pub(crate) dark: u32,
     allowed: Allowed<f32x8>,
 }
 
 impl Looked {
-    /// How large the errors of each of them may be.
+    /// Lanes of the instances that do not certainly keep their cuts.
+    pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
+        set_bits_of(!self.kept & 0xff)
+    }
+
+    /// The allowed errors of each instance.
     pub(crate) fn allowed(&self) -> [Allowed<f32>; LANES] {
         let [coarse, fine] = [self.allowed.coarse, self.allowed.fine];
         let (coarse, fine) = (coarse.map(f32x8::to_array), fine.map(f32x8::to_array));
@@ -181,7 +188,7 @@ impl KeepTest {
                 },
             });
         }
-        // By far the most are certainly not seen.
+        // Most instances are outside the view.
         let sighted = self.sight(spheres.center(), spheres.radius());
         let is_coarsest = f32x8::infinity().is_at_most(lowest);
         let dark = self.is_dark(&sighted);
@@ -217,7 +224,7 @@ impl KeepTest {
     /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
     /// edge meanwhile, or if that is not known.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
-        // Nothing is known of errors that have other limits than those of the field's bounds.
+        // Relaxed thresholds and single samples are not bounded.
         if !self.is_usable || self.least_relaxation != 1.0 {
             return None;
         }
@@ -225,12 +232,12 @@ impl KeepTest {
         let distance = sighted.seen.dot(sighted.seen).sqrt();
         let displacement =
             motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
-        // A longer way changes errors by more than the hysteresis: hardly any cut would pass the test.
+        // A longer way changes errors by more than the hysteresis, so that few cuts would pass.
         if displacement > 0.1 * distance {
             return None;
         }
         let reach = sighted.radius + displacement;
-        // Outside of the view that groups enter they may be in the dark, if what is outside counts.
+        // If groups outside count, those outside the view that groups enter may cast no shadow.
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.sides[width].least_inside(sighted.seen);
         let is_before = self.is_orthographic || reach < sighted.seen.z;
@@ -278,7 +285,7 @@ impl KeepTest {
         })
     }
 
-    /// Which spheres are certainly not: those with their centres in the view.
+    /// Which spheres are certainly not outside: those with their centres in the view.
     #[inline(always)]
     fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
         let inside_by = self.sides[width].least_inside(sighted.seen);
@@ -288,7 +295,7 @@ impl KeepTest {
         })
     }
 
-    /// Which spheres cast no shadow into the image, if they are outside of the view; all if nothing there counts.
+    /// Which spheres cast no shadow into the image, if they are outside the view; all if instances there do not count.
     #[inline(always)]
     fn is_dark<L: Lane>(&self, sighted: &Sighted<L>) -> L::Mask {
         let all = L::zero().is_at_most(L::zero());
@@ -340,8 +347,8 @@ impl KeepTest {
         L::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
-    /// Bounds of what errors show, for any threshold. What leaves a wider view may show more in its corners, so that
-    /// the upper bound of the view that groups enter does not hold there; its lower bound holds for both.
+    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger, so
+    /// that it has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
     fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
         let least_cosine = self.least_cosines[width];
@@ -371,7 +378,7 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        // By how much the sphere is larger here than it is: 4 to 6 times that, over the gap, is what may be lost.
+        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the gap.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
         let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);
@@ -397,7 +404,7 @@ impl Scale {
     }
 }
 
-/// By how much thresholds are relaxed at most; 0 where one sample may stand for the bound.
+/// The least factor of errors by a relaxed aspect ratio; 0 if one sample may replace the bound.
 fn least_relaxation(settings: &LodSettings, is_orthographic: bool, corner: f32) -> f32 {
     if is_orthographic {
         1.0

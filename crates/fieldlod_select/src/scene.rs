@@ -321,6 +321,11 @@ impl Scene {
         &self.meshes[mesh.0 as usize].table
     }
 
+    /// The tables of all meshes by their indices.
+    pub(crate) fn tables(&self) -> impl Iterator<Item = &GroupTable> {
+        self.meshes.iter().map(|mesh| &mesh.table)
+    }
+
     fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
         let table = self.table(mesh);
         let linear = Mat3::from(world_from_local.matrix3);

@@ -82,7 +82,6 @@ impl Selector {
         self.cuts.update_limits(&frame);
         self.cuts.update_shares(&frame);
         self.cuts.decide_near(&frame);
-        self.cuts.enter_rest(&frame);
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
@@ -99,7 +98,7 @@ impl Selector {
     /// units that left the old instance come first. An instance may come more than once, with a triangle budget or
     /// after [`Scene::set_available`]: apply the changes in order.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
-        self.cuts.changes.iter()
+        self.cuts.changes()
     }
 
     /// Triangles in the view.

@@ -165,7 +165,7 @@ impl GroupTable {
     /// The units of a whole mesh at a level, and their triangles.
     pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
         let triangle_count = self.units[level].triangle_count;
-        (&UNITS[level..=level], u64::from(triangle_count))
+        (unit_of_level(level), u64::from(triangle_count))
     }
 
     /// The finest level of a chain that is not finer than `level`; the coarsest if there is none.
@@ -280,7 +280,12 @@ impl From<&Unit> for TableUnit {
     }
 }
 
-/// The units of a mesh as a whole, one for each level.
+/// The unit of a level of a chain.
+pub(crate) fn unit_of_level(level: usize) -> &'static [u32] {
+    &UNITS[level..=level]
+}
+
+/// The units of a chain, one for each level.
 static UNITS: [u32; CHUNK] = {
     let mut units = [0; CHUNK];
     let mut index = 0;

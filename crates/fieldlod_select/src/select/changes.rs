@@ -3,8 +3,7 @@
 use std::ops::Range;
 
 use crate::lanes::bits::CHUNK;
-use crate::scene::table::GroupTable;
-use crate::scene::{InstanceId, MeshId};
+use crate::scene::{InstanceId, Scene};
 
 /// Change of the cut of one instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,75 +27,60 @@ struct RawChange {
 /// All changes of one selection.
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
-    /// Instances that enter with the coarsest units of their meshes, before all other changes.
-    at_coarsest: Vec<(InstanceId, MeshId)>,
-    others: Vec<RawChange>,
-    /// The units of all changes. The first are 0, 1, 2 …: those of whole meshes by their levels.
+    all: Vec<RawChange>,
+    /// The units of all changes. The first are 0, 1, 2 …, which serve all changes from one unit to another.
     units: Vec<u32>,
-    /// By mesh, the range of its coarsest units in `units`: one copy is enough for all instances.
-    coarsest: Vec<Range<u32>>,
+    /// The coarsest units of all meshes, after a first frame: its changes are not listed, because they equal the cuts.
+    coarsest: Option<Vec<Vec<u32>>>,
 }
 
 impl Changes {
     pub(crate) fn clear(&mut self) {
-        self.at_coarsest.clear();
-        self.others.clear();
+        self.all.clear();
         self.units.truncate(CHUNK);
         if self.units.is_empty() {
             self.units.extend(0..CHUNK as u32);
         }
-        self.coarsest.clear();
+        self.coarsest = None;
+    }
+
+    /// Starts a first frame.
+    pub(crate) fn begin_first(&mut self, scene: &Scene) {
+        let coarsest = scene.tables().map(|table| table.coarsest_units.clone());
+        self.coarsest = Some(coarsest.collect());
+    }
+
+    /// The coarsest units of all meshes, after a first frame.
+    pub(crate) fn coarsest_units(&self) -> Option<&[Vec<u32>]> {
+        self.coarsest.as_deref()
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Change<'_>> {
         let part = |range: &Range<u32>| &self.units[range.start as usize..range.end as usize];
-        let at_coarsest = self
-            .at_coarsest
-            .iter()
-            .map(move |&(instance, mesh)| Change {
-                instance,
-                entered: part(&self.coarsest[mesh.index()]),
-                left: &[],
-            });
-        let others = self.others.iter().map(move |change| Change {
+        self.all.iter().map(move |change| Change {
             instance: change.instance,
             entered: part(&change.entered),
             left: part(&change.left),
-        });
-        at_coarsest.chain(others)
-    }
-
-    /// An instance enters with the coarsest units of its mesh. No other change of it may come before.
-    pub(crate) fn enter(&mut self, instance: InstanceId, mesh: MeshId, table: &GroupTable) {
-        let index = mesh.index();
-        if self.coarsest.len() <= index {
-            self.coarsest.resize(index + 1, 0..0);
-        }
-        if self.coarsest[index].is_empty() {
-            let first = self.units.len() as u32;
-            self.units.extend_from_slice(&table.coarsest_units);
-            self.coarsest[index] = first..self.units.len() as u32;
-        }
-        if !table.coarsest_units.is_empty() {
-            self.at_coarsest.push((instance, mesh));
-        }
-    }
-
-    /// A whole mesh went from one level to another.
-    pub(crate) fn change_level(&mut self, instance: InstanceId, before: u32, now: u32) {
-        self.others.push(RawChange {
-            instance,
-            entered: now..now + 1,
-            left: before..before + 1,
-        });
+        })
     }
 
     /// The cut of an instance went from `before` to `now`, both ascending.
     pub(crate) fn record(&mut self, instance: InstanceId, before: &[u32], now: &[u32]) {
-        let entered = self.append_difference(now, before);
-        let left = self.append_difference(before, now);
+        if self.coarsest.is_some() {
+            return;
+        }
+        let (entered, left) = match (before, now) {
+            // A whole mesh changes its level.
+            (&[before], &[now]) if before != now && before.max(now) < CHUNK as u32 => {
+                (now..now + 1, before..before + 1)
+            }
+            _ => (
+                self.append_difference(now, before),
+                self.append_difference(before, now),
+            ),
+        };
         if !(entered.is_empty() && left.is_empty()) {
-            self.others.push(RawChange {
+            self.all.push(RawChange {
                 instance,
                 entered,
                 left,

@@ -1,6 +1,6 @@
 //! The cuts of all instances of a scene in one view, and the steps that bring them up to date.
 
-use super::changes::Changes;
+use super::changes::{Change, Changes};
 use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
 use super::limits::columns::LimitColumns;
@@ -10,6 +10,7 @@ use super::motion::Odometer;
 use crate::hidden::held_shares::LevelShare;
 use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES};
+use crate::scene::table::unit_of_level;
 use crate::scene::{InstanceId, Scene};
 
 /// Counters of the last selection.
@@ -36,7 +37,7 @@ pub(crate) struct SceneCuts {
     pub(super) level_shares: Vec<LevelShare>,
     /// Whether a visible share is held above its current value. A later frame may lower it even without other changes.
     pub(crate) has_unsettled_shares: bool,
-    pub(crate) changes: Changes,
+    pub(super) changes: Changes,
     pub(crate) triangle_count: u64,
     pub(crate) statistics: Statistics,
 }
@@ -107,34 +108,11 @@ impl SceneCuts {
         }
     }
 
-    /// In a first frame, adds all other instances at their coarsest levels.
-    pub(crate) fn enter_rest(&mut self, frame: &Frame) {
-        if !frame.is_first() {
-            return;
-        }
-        let occupants = &frame.scene.columns.occupants;
-        for (memory, occupant) in self.memories.iter_mut().zip(occupants) {
-            let seen = occupant.seen_mesh(frame.view.layers);
-            if let (InstanceState::Empty, Some(mesh)) = (memory.state, seen) {
-                memory.state = InstanceState::Coarsest(mesh);
-                let table = frame.scene.table(mesh);
-                self.changes.enter(occupant.id, mesh, table);
-                self.triangle_count += table.coarsest_triangle_count;
-            }
-        }
-    }
-
     /// Changes an instance to a state without a cut of its own.
     pub(super) fn change_state(&mut self, frame: &Frame, slot: usize, state: InstanceState) {
         let scene = frame.scene;
         let memory = &mut self.memories[slot];
         let was = std::mem::replace(&mut memory.state, state);
-        // A first frame lists instances at their coarsest levels at its end.
-        let is_listed_later = frame.is_first() && matches!(state, InstanceState::Coarsest(_));
-        if is_listed_later && was == InstanceState::Empty {
-            memory.state = was;
-            return;
-        }
         if was == state {
             return;
         }
@@ -144,16 +122,29 @@ impl SceneCuts {
             InstanceState::Mixed(key) => self.pool.at(key).drawn(),
             other => other.drawn_whole(scene),
         };
-        match (before, now) {
-            (&[before], &[now]) if before != now && before.max(now) < CHUNK as u32 => {
-                self.changes.change_level(instance, before, now);
-            }
-            _ => self.changes.record(instance, before, now),
-        }
+        self.changes.record(instance, before, now);
         self.triangle_count = self.triangle_count + triangles - triangles_before;
         if let InstanceState::Mixed(key) = was {
             self.pool.free(key);
         }
+    }
+
+    /// Changes of the last selection. After a first frame they are the cuts of all instances.
+    pub(crate) fn changes(&self) -> impl Iterator<Item = Change<'_>> {
+        let coarsest = self.changes.coarsest_units();
+        let memories = coarsest.map_or(&[][..], |_| &self.memories);
+        let entered = memories.iter().map(move |memory| Change {
+            instance: memory.instance,
+            entered: match memory.state {
+                InstanceState::Empty => &[],
+                InstanceState::Coarsest(mesh) => coarsest.map_or(&[], |of| &of[mesh.index()]),
+                InstanceState::AtLevel(_, level) => unit_of_level(usize::from(level)),
+                InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
+            },
+            left: &[],
+        });
+        let entered = entered.filter(|change| !change.entered.is_empty());
+        entered.chain(self.changes.iter())
     }
 
     pub(crate) fn units<'a>(&'a self, scene: &'a Scene, instance: InstanceId) -> &'a [u32] {

@@ -18,6 +18,9 @@ impl SceneCuts {
         self.limits.resize(count);
         let changed = journal.since(self.journal_revision);
         self.journal_revision = journal.revision();
+        if frame.is_first() {
+            self.changes.begin_first(frame.scene);
+        }
         let keeps_states = frame.keeps_states();
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
@@ -39,14 +42,13 @@ impl SceneCuts {
                 *share = LevelShare::default();
             }
         }
-        let mut state = self.memories[slot].state;
-        if let InstanceState::Mixed(key) = state {
-            self.pool.at_mut(key).hold = None;
-        }
         let seen = occupant.seen_mesh(frame.view.layers);
         if frame.is_first() {
-            // Every instance starts at its coarsest level, and is listed at the end of the frame.
-            state = InstanceState::coarsest(seen);
+            self.change_state(frame, slot, InstanceState::coarsest(seen));
+        }
+        let state = self.memories[slot].state;
+        if let InstanceState::Mixed(key) = state {
+            self.pool.at_mut(key).hold = None;
         }
         let is_free = frame.settings.forced_level.is_none();
         let limits = match keeps_states && is_free && state.mesh() == seen {

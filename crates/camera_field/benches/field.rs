@@ -10,15 +10,11 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use camera_field::{
-    FilterKernel, Intrinsics, ParallelCamera, PlanarCamera, Spherical, SplatKernel, SurfaceSamples,
-    Surfel, double, equivalent_camera, mip_level, splat_area_px2,
-};
+use camera_field::{Intrinsics, double};
 use criterion::{Criterion, criterion_group, criterion_main};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles};
 
 const POINTS: usize = 512;
-const RADIUS: f32 = 0.3;
 
 /// Points of a 1920 × 1080 view between depth 2 and 50, with normals towards the camera.
 fn points(camera: &Intrinsics) -> Vec<(Vec3, Vec3)> {
@@ -74,240 +70,92 @@ fn time(
     });
 }
 
-fn point_quantities(criterion: &mut Criterion) {
-    time(criterion, "the loop alone", |_, p, _| p.z, |_, p, _| p.z);
-    time(
-        criterion,
-        "strength (5)",
-        |c, p, _| c.strength(p),
-        |c, p, _| c.strength(p),
-    );
-    time(
-        criterion,
-        "field (6)",
-        |c, p, _| c.field(p).z,
-        |c, p, _| c.field(p).z,
-    );
-    time(
-        criterion,
-        "curl (12)",
-        |c, p, _| c.curl_magnitude(p),
-        |c, p, _| c.curl_magnitude(p),
-    );
-    time(
-        criterion,
-        "gradient (14)",
-        |c, p, _| c.gradient(p).z,
-        |c, p, _| c.gradient(p).z,
-    );
-    time(
-        criterion,
-        "projection factor (16)",
-        Intrinsics::projection_factor,
-        double::Intrinsics::projection_factor,
-    );
-    time(
-        criterion,
-        "aspect ratio",
-        |_, p, _| Intrinsics::aspect_ratio(p),
-        |_, p, _| double::Intrinsics::aspect_ratio(p),
-    );
-    time(
-        criterion,
-        "pixel scale",
-        |c, p, _| c.pixel_scale(p),
-        |c, p, _| c.pixel_scale(p),
-    );
-    time(
-        criterion,
-        "planar field (4)",
-        |c, p, _| planar(c).field(Vec2::new(p.x, p.z)).y,
-        |c, p, _| -c.focal_px.x / p.z,
-    );
+/// Compiles each formula for `f32` and for `f64`, and times the first. A formula gets the camera, a point and a normal.
+macro_rules! benches {
+    ($($name:literal: |$c:pat_param, $p:ident, $n:pat_param| $formula:expr;)+) => {
+        fn formulas(criterion: &mut Criterion) {
+            $(time(
+                criterion,
+                $name,
+                |$c, $p, $n| {
+                    #[allow(unused_imports, reason = "methods need no import")]
+                    use camera_field::*;
+                    $formula
+                },
+                |$c, $p, $n| {
+                    #[allow(unused_imports, reason = "methods need no import")]
+                    use camera_field::double::*;
+                    $formula
+                },
+            );)+
+        }
+    };
 }
 
-fn spherical_forms(criterion: &mut Criterion) {
-    time(
-        criterion,
-        "spherical field (7), with conversion",
-        |c, p, _| c.spherical_field(Spherical::from_cartesian(p)),
-        |c, p, _| c.spherical_field(double::Spherical::from_cartesian(p)),
-    );
-    time(
-        criterion,
-        "level radius (13)",
-        |c, p, _| c.level_radius(50.0, Intrinsics::aspect_ratio(p)),
-        |c, p, _| c.level_radius(50.0, double::Intrinsics::aspect_ratio(p)),
-    );
-    time(
-        criterion,
-        "pattern aspect ratio",
-        |c, p, _| c.pattern_aspect_ratio(p),
-        |c, p, _| c.pattern_aspect_ratio(p),
-    );
+/// A triangle at a point with edges of 0.1 units.
+macro_rules! triangle {
+    ($p:expr, $n:expr) => {{
+        let (a, b) = $n.any_orthonormal_pair();
+        [$p, $p + a * 0.1, $p + b * 0.1]
+    }};
 }
 
-/// Times two parallel cameras. The second is moved from the first by a tenth of the point's position.
-fn layered_depth_images(criterion: &mut Criterion) {
-    time(
-        criterion,
-        "equivalent camera of two (21, App. v)",
-        |c, p, _| {
-            let pair =
-                [(Vec3::ZERO, 50.0), (p * 0.1, 40.0)].map(|(origin, depth)| ParallelCamera {
-                    origin,
-                    focal_px: c.focal_px.x,
-                    depth,
-                });
-            equivalent_camera(&pair).map_or(0.0, |camera| camera.focal_px + camera.origin.x)
-        },
-        |c, p, _| {
-            let pair =
-                [(DVec3::ZERO, 50.0), (p * f64::from(0.1_f32), 40.0)].map(|(origin, depth)| {
-                    double::ParallelCamera {
-                        origin,
-                        focal_px: c.focal_px.x,
-                        depth,
-                    }
-                });
-            double::equivalent_camera(&pair).map_or(0.0, |camera| camera.focal_px + camera.origin.x)
-        },
-    );
+/// A disk with a radius of 0.3 units.
+macro_rules! surfel {
+    ($p:expr, $n:expr) => {
+        Surfel {
+            center: $p,
+            normal: $n,
+            radius: 0.3,
+        }
+    };
 }
 
-fn planar(camera: &Intrinsics) -> PlanarCamera {
-    PlanarCamera {
-        focal_px: camera.focal_px.x,
-        slope_min: camera.slope_min.x,
-        slope_max: camera.slope_max.x,
-    }
+benches! {
+    "the loop alone": |_, p, _| p.z;
+    "strength (5)": |c, p, _| c.strength(p);
+    "field (6)": |c, p, _| c.field(p).z;
+    "curl (12)": |c, p, _| c.curl_magnitude(p);
+    "gradient (14)": |c, p, _| c.gradient(p).z;
+    "projection factor (16)": |c, p, n| c.projection_factor(p, n);
+    "aspect ratio": |_, p, _| Intrinsics::aspect_ratio(p);
+    "pixel scale": |c, p, _| c.pixel_scale(p);
+    "planar field (4)": |c, p, _| {
+        let (slope_min, slope_max) = (c.slope_min.x, c.slope_max.x);
+        PlanarCamera { focal_px: c.focal_px.x, slope_min, slope_max }.field(p.xz()).y
+    };
+    "spherical field (7), with conversion":
+        |c, p, _| c.spherical_field(Spherical::from_cartesian(p));
+    "level radius (13)": |c, p, _| c.level_radius(50.0, Intrinsics::aspect_ratio(p));
+    "pattern aspect ratio": |c, p, _| c.pattern_aspect_ratio(p);
+    // The second camera is moved from the first by a tenth of the point's position.
+    "equivalent camera of two (21, App. v)": |c, p, _| {
+        let camera = |origin, depth| ParallelCamera { origin, focal_px: c.focal_px.x, depth };
+        let pair = [camera(p * 0.0, 50.0), camera(p * 0.1, 40.0)];
+        equivalent_camera(&pair).map_or(0.0, |camera| camera.focal_px + camera.origin.x)
+    };
+    "flux through a triangle (8)": |c, p, n| c.flux_through_triangle_in_view(triangle!(p, n));
+    "flux through a clipped triangle (8)":
+        |c, p, n| c.flux_through_triangle(triangle!(p * 0.9, n));
+    "flux through a disk": |c, p, n| c.flux_through_disk(p, n, 0.3);
+    "mean and deviation of a triangle (17, 18)": |c, p, n| {
+        let mut samples = SurfaceSamples::default();
+        samples.add_triangle(c, triangle!(p * 0.9, n));
+        samples.mean() + 1e-3 * samples.deviation()
+    };
+    "splat area (15)": |c, p, n| splat_area_px2(c.projection_factor(p, n), 3.0);
+    "splat kernel, exact": |c, p, n| SplatKernel::new(c, &surfel!(p, n)).area_px2();
+    "splat kernel, the paper's steps":
+        |c, p, n| SplatKernel::paper(c, &surfel!(p, n)).affine_area_px2();
+    "texture filter kernel": |c, p, n| {
+        let (u, v) = n.any_orthonormal_pair();
+        FilterKernel::new(c, p, u, v).map_or(0.0, |kernel| 1e6 * kernel.area_texels())
+    };
+    "mip level": |c, p, n| mip_level(c.projection_factor(p, n), 1e6, 0.0);
+    "touches sphere": |c, p, _| if c.touches_sphere(p, 0.3) { 1.0 } else { 0.0 };
+    "strength over a sphere": |c, p, _| c.strength_over_sphere(p, 0.3).or_infinity();
+    "pixel scale over a sphere": |c, p, _| c.pixel_scale_over_sphere(p, 0.3).or_infinity();
 }
 
-fn integrals(criterion: &mut Criterion) {
-    time(
-        criterion,
-        "flux through a triangle (8)",
-        |c, p, n| c.flux_through_triangle_in_view(triangle(p, n)),
-        |c, p, n| c.flux_through_triangle_in_view(triangle_double(p, n)),
-    );
-    time(
-        criterion,
-        "flux through a clipped triangle (8)",
-        |c, p, n| c.flux_through_triangle(triangle(p * 0.9, n)),
-        |c, p, n| c.flux_through_triangle(triangle_double(p * f64::from(0.9_f32), n)),
-    );
-    time(
-        criterion,
-        "flux through a disk",
-        |c, p, n| c.flux_through_disk(p, n, RADIUS),
-        |c, p, n| c.flux_through_disk(p, n, RADIUS.into()),
-    );
-    time(
-        criterion,
-        "mean and deviation of a triangle (17, 18)",
-        |c, p, n| {
-            let mut samples = SurfaceSamples::default();
-            samples.add_triangle(c, triangle(p * 0.9, n));
-            samples.mean() + 1e-3 * samples.deviation()
-        },
-        |c, p, n| {
-            let mut samples = double::SurfaceSamples::default();
-            samples.add_triangle(c, triangle_double(p * f64::from(0.9_f32), n));
-            samples.mean() + 1e-3 * samples.deviation()
-        },
-    );
-}
-
-fn triangle(p: Vec3, n: Vec3) -> [Vec3; 3] {
-    let (a, b) = n.any_orthonormal_pair();
-    [p, p + a * 0.1, p + b * 0.1]
-}
-
-fn triangle_double(p: DVec3, n: DVec3) -> [DVec3; 3] {
-    triangle(p.as_vec3(), n.as_vec3()).map(DVec3::from)
-}
-
-fn applications(criterion: &mut Criterion) {
-    time(
-        criterion,
-        "splat area (15)",
-        |c, p, n| splat_area_px2(c.projection_factor(p, n), 3.0),
-        |c, p, n| c.projection_factor(p, n) / 3.0,
-    );
-    time(
-        criterion,
-        "splat kernel, exact",
-        |c, p, n| {
-            let surfel = Surfel {
-                center: p,
-                normal: n,
-                radius: RADIUS,
-            };
-            SplatKernel::new(c, &surfel).area_px2()
-        },
-        |c, p, n| c.flux_through_disk(p, n, RADIUS.into()),
-    );
-    time(
-        criterion,
-        "splat kernel, the paper's steps",
-        |c, p, n| {
-            let surfel = Surfel {
-                center: p,
-                normal: n,
-                radius: RADIUS,
-            };
-            SplatKernel::paper(c, &surfel).affine_area_px2()
-        },
-        |c, p, n| {
-            let radius = f64::from(RADIUS);
-            std::f64::consts::PI * radius * radius * c.projection_factor(p, n)
-        },
-    );
-    time(
-        criterion,
-        "texture filter kernel",
-        |c, p, n| {
-            let (u, v) = n.any_orthonormal_pair();
-            FilterKernel::new(c, p, u, v).map_or(0.0, |kernel| 1e6 * kernel.area_texels())
-        },
-        |c, p, n| 1e6 / c.projection_factor(p, n),
-    );
-    time(
-        criterion,
-        "mip level",
-        |c, p, n| mip_level(c.projection_factor(p, n), 1e6, 0.0),
-        |c, p, n| double::mip_level(c.projection_factor(p, n), 1e6, 0.0),
-    );
-}
-
-fn sphere_bounds(criterion: &mut Criterion) {
-    time(
-        criterion,
-        "touches sphere",
-        |c, p, _| f32::from(u8::from(c.touches_sphere(p, RADIUS))),
-        |c, p, _| f64::from(u8::from(c.touches_sphere(p, RADIUS.into()))),
-    );
-    time(
-        criterion,
-        "strength over a sphere",
-        |c, p, _| c.strength_over_sphere(p, RADIUS).or_infinity(),
-        |c, p, _| c.strength_over_sphere(p, RADIUS.into()).or_infinity(),
-    );
-    time(
-        criterion,
-        "pixel scale over a sphere",
-        |c, p, _| c.pixel_scale_over_sphere(p, RADIUS).or_infinity(),
-        |c, p, _| c.pixel_scale_over_sphere(p, RADIUS.into()).or_infinity(),
-    );
-}
-
-criterion_group!(
-    benches,
-    point_quantities,
-    spherical_forms,
-    layered_depth_images,
-    integrals,
-    applications,
-    sphere_bounds
-);
-criterion_main!(benches);
+criterion_group!(field, formulas);
+criterion_main!(field);

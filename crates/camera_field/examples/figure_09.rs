@@ -13,42 +13,31 @@ use camera_field::double::Intrinsics;
 use drawing::{Area, Fallible, INK, arrow, blues, draw, plane, polar, shade, wide_camera};
 use glam::{DVec2, dvec2, dvec3};
 
-/// The curl at an angle off the axis, at distance 1.
-#[derive(Clone, Copy, Debug)]
-struct CurlAtAngle {
-    /// Strength, relative to that on the axis at the same distance.
-    strength_over_axis: f64,
-    /// `|curl c| / c` by eq. 12, per unit of length.
-    curl_over_strength: f64,
-    /// Growth of the strength along φ by central differences, `(1/ρ ∂c/∂φ) / c`.
-    growth_over_strength: f64,
-}
-
 const ANGLES_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
 
 fn main() -> Fallible {
     let camera = wide_camera(100.0);
     println!("off axis    strength / axis    curl / strength    growth / strength");
     for degrees in ANGLES_DEG {
-        let at = curl_at(&camera, degrees);
-        println!(
-            "{degrees:>5} deg{:>19.4}{:>19.6}{:>21.6}",
-            at.strength_over_axis, at.curl_over_strength, at.growth_over_strength
-        );
+        let [strength, curl, growth] = curl_at(&camera, degrees);
+        println!("{degrees:>5} deg{strength:>19.4}{curl:>19.6}{growth:>21.6}");
     }
     draw("figure_09.svg", (520, 520), |area| draw_curl(area, &camera))
 }
 
-fn curl_at(camera: &Intrinsics, off_axis_deg: f64) -> CurlAtAngle {
+/// At an angle off the axis, at distance 1: the strength, relative to that on the axis; `|curl c| / c` by eq. 12; and
+/// the growth of the strength along φ by central differences, `(1/ρ ∂c/∂φ) / c`.
+fn curl_at(camera: &Intrinsics, off_axis_deg: f64) -> [f64; 3] {
     let phi = off_axis_deg.to_radians();
     let strength = |phi: f64| camera.strength(polar(1.0, phi));
     let step = 1e-6;
     let growth = (strength(phi + step) - strength(phi - step)) / (2.0 * step);
-    CurlAtAngle {
-        strength_over_axis: strength(phi) / strength(0.0),
-        curl_over_strength: camera.curl_magnitude(polar(1.0, phi)) / strength(phi),
-        growth_over_strength: growth / strength(phi),
-    }
+    let curl = camera.curl_magnitude(polar(1.0, phi));
+    [
+        strength(phi) / strength(0.0),
+        curl / strength(phi),
+        growth / strength(phi),
+    ]
 }
 
 /// Draws the curl on the plane z = 1 as arrows, and its length as a shade.
@@ -77,10 +66,8 @@ mod tests {
     #[test]
     fn curl_is_the_growth_of_the_strength() {
         for degrees in ANGLES_DEG {
-            let at = curl_at(&wide_camera(100.0), degrees);
-            let tolerance = 1e-6 * (1.0 + at.curl_over_strength);
-            let error = at.curl_over_strength - at.growth_over_strength;
-            assert!(error.abs() < tolerance, "{degrees}: {at:?}");
+            let [_, curl, growth] = curl_at(&wide_camera(100.0), degrees);
+            assert!((curl - growth).abs() < 1e-6 * (1.0 + curl), "{degrees}");
         }
     }
 }

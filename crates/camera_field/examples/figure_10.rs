@@ -16,17 +16,6 @@ use drawing::{
 };
 use glam::{dvec2, dvec3};
 
-/// Level surface and gradient at an angle off the axis.
-#[derive(Clone, Copy, Debug)]
-struct GradientAtAngle {
-    /// Distance of the level surface, relative to its distance on the axis.
-    level_radius_over_axis: f64,
-    /// Angle between the gradient and the direction to the camera: `atan(3/2 tan φ)`.
-    gradient_off_camera_deg: f64,
-    /// Strength on the level surface, relative to that of the level: 1 up to rounding.
-    strength_over_level: f64,
-}
-
 const ANGLES_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
 /// Strengths of the drawn level surfaces, for a focal length of 1.
 const LEVELS: [f64; 5] = [0.6, 1.0, 1.8, 3.6, 9.0];
@@ -37,24 +26,24 @@ fn main() -> Fallible {
     let camera = wide_camera(1.0);
     println!("off axis    level radius / axis    gradient off camera    strength / level");
     for degrees in ANGLES_DEG {
-        let at = gradient_at(&camera, degrees);
-        println!(
-            "{degrees:>5} deg{:>23.4}{:>19.3} deg{:>20.12}",
-            at.level_radius_over_axis, at.gradient_off_camera_deg, at.strength_over_level
-        );
+        let [radius, turn_deg, strength] = gradient_at(&camera, degrees);
+        println!("{degrees:>5} deg{radius:>23.4}{turn_deg:>19.3} deg{strength:>20.12}");
     }
     draw("figure_10.svg", (920, 560), |area| draw_cut(area, &camera))
 }
 
-fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> GradientAtAngle {
+/// At an angle off the axis: the distance of the level surface, relative to that on the axis; the angle between the
+/// gradient and the direction to the camera, `atan(3/2 tan φ)`, in degrees; and the strength, relative to the level.
+fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> [f64; 3] {
     let phi = off_axis_deg.to_radians();
     let radius = |phi: f64| camera.level_radius(1.0, phi.cos());
     let p = polar(radius(phi), phi);
-    GradientAtAngle {
-        level_radius_over_axis: radius(phi) / radius(0.0),
-        gradient_off_camera_deg: camera.gradient(p).angle_between(-p).to_degrees(),
-        strength_over_level: camera.strength(p),
-    }
+    let turn = camera.gradient(p).angle_between(-p);
+    [
+        radius(phi) / radius(0.0),
+        turn.to_degrees(),
+        camera.strength(p),
+    ]
 }
 
 fn draw_cut(area: &Area, camera: &Intrinsics) -> Fallible {
@@ -88,11 +77,11 @@ mod tests {
     #[test]
     fn level_surfaces_and_gradients_match_their_formulas() {
         for degrees in ANGLES_DEG {
-            let at = gradient_at(&wide_camera(1.0), degrees);
-            assert!((at.strength_over_level - 1.0).abs() < 1e-12, "{at:?}");
+            let [_, turn_deg, strength] = gradient_at(&wide_camera(1.0), degrees);
+            assert!((strength - 1.0).abs() < 1e-12, "{degrees}: {strength}");
             let expected = (1.5 * degrees.to_radians().tan()).atan();
-            let error = at.gradient_off_camera_deg - expected.to_degrees();
-            assert!(error.abs() < 1e-5, "{degrees}: {at:?}");
+            let error = turn_deg - expected.to_degrees();
+            assert!(error.abs() < 1e-5, "{degrees}: {turn_deg}");
         }
     }
 }

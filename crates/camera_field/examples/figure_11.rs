@@ -15,43 +15,27 @@ use camera_field::double::Intrinsics;
 use drawing::{Area, Color, Fallible, OTHER, curve, draw, fill, plane, polar};
 use glam::{DVec2, dvec2, dvec3};
 
-/// The pattern of one sample at an angle off the axis: a round pixel, projected onto the plane perpendicular to the
-/// sight ray.
-#[derive(Clone, Copy, Debug)]
-struct PatternAtAngle {
-    /// The paper's aspect ratio, `cos φ`.
-    cos_phi: f64,
-    /// Width over height of the exact pattern, for a focal length of 100 pixels.
-    measured_at_100_px: f64,
-    /// Width over height of the exact pattern, for a focal length of 1000 pixels.
-    measured_at_1000_px: f64,
-}
-
 const ANGLES_DEG: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 70.0, 80.0, 85.0];
 
 fn main() -> Fallible {
     println!("off axis      cos phi    measured, 100 px    measured, 1000 px");
     for degrees in ANGLES_DEG {
-        let at = pattern_at(degrees);
-        println!(
-            "{degrees:>5} deg{:>12.6}{:>20.6}{:>21.6}",
-            at.cos_phi, at.measured_at_100_px, at.measured_at_1000_px
-        );
+        let [cos_phi, coarse, fine] = pattern_at(degrees);
+        println!("{degrees:>5} deg{cos_phi:>12.6}{coarse:>20.6}{fine:>21.6}");
     }
     draw("figure_11.svg", (560, 220), draw_patterns)
 }
 
-fn pattern_at(off_axis_deg: f64) -> PatternAtAngle {
+/// Aspect ratio of the pattern at an angle off the axis: the paper's `cos φ`, and measured for focal lengths of 100 and
+/// 1000 pixels.
+fn pattern_at(off_axis_deg: f64) -> [f64; 3] {
     let phi = off_axis_deg.to_radians();
     let measured = |focal_px: f64| {
         let pattern = pattern(phi, 0.5 / focal_px);
         extent(&pattern, |p| p.x) / extent(&pattern, |p| p.y)
     };
-    PatternAtAngle {
-        cos_phi: Intrinsics::aspect_ratio(polar(1.0, phi)),
-        measured_at_100_px: measured(100.0),
-        measured_at_1000_px: measured(1000.0),
-    }
+    let cos_phi = Intrinsics::aspect_ratio(polar(1.0, phi));
+    [cos_phi, measured(100.0), measured(1000.0)]
 }
 
 fn extent(points: &[DVec2], coordinate: impl Fn(&DVec2) -> f64) -> f64 {
@@ -95,10 +79,9 @@ mod tests {
 
     #[test]
     fn pattern_aspect_ratio_is_the_cosine() {
-        for at in ANGLES_DEG.map(pattern_at) {
-            let [coarse, fine] = [at.measured_at_100_px, at.measured_at_1000_px];
-            assert!((coarse / at.cos_phi - 1.0).abs() < 1e-5, "{at:?}");
-            assert!((fine / at.cos_phi - 1.0).abs() < 1e-6, "{at:?}");
+        for [cos_phi, coarse, fine] in ANGLES_DEG.map(pattern_at) {
+            assert!((coarse / cos_phi - 1.0).abs() < 1e-5, "{coarse} {cos_phi}");
+            assert!((fine / cos_phi - 1.0).abs() < 1e-6, "{fine} {cos_phi}");
         }
     }
 }

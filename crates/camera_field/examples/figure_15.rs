@@ -19,52 +19,30 @@ use drawing::{Fallible, Random, out_folder};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use image::RgbImage;
 
-/// Differences between a picture of splats and the picture of triangles.
-#[derive(Clone, Copy, Debug)]
-struct SplatErrors {
-    /// Root mean squared difference of colour, on a scale of 255, over the pixels that both cover.
-    rmse: f64,
-    /// Root mean squared difference of colour to the exact splats.
-    rmse_to_exact_splats: f64,
-    /// Pixels that the triangles cover and the splats do not.
-    missing_px: usize,
-    /// Pixels that the splats cover and the triangles do not.
-    extra_px: usize,
-}
+/// The point of the unit disk at a pixel.
+type Unmap = fn(&SplatKernel, DVec2) -> Option<DVec2>;
 
-/// The kernel that splats are drawn with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum KernelKind {
-    /// The paper's ellipse.
-    Paper,
-    /// Sheared to second order.
-    Sheared,
-    /// The projected disk.
-    Exact,
-}
-
-const KINDS: [KernelKind; 3] = [KernelKind::Paper, KernelKind::Sheared, KernelKind::Exact];
+/// The paper's ellipse, our kernel of second order, and the projected disk.
+const KERNELS: [(&str, Unmap); 3] = [
+    ("Paper", |kernel, pixel| Some(kernel.unmap_affine(pixel))),
+    ("Sheared", SplatKernel::unmap_sheared),
+    ("Exact", |kernel, pixel| Some(kernel.unmap_exact(pixel))),
+];
 const SIDE: usize = 400;
 const SAMPLES: u32 = 9000;
 
 fn main() -> Fallible {
     let (reference, splats) = draw_all();
     println!("kernel     RMSE    to exact splats, of 255    missing px    extra px");
-    for (kind, image) in KINDS.iter().zip(&splats) {
-        let errors = errors(&reference, &splats[2], image);
-        println!(
-            "{:7}{:>8.2}{:>27.2}{:>14}{:>12}",
-            format!("{kind:?}"),
-            errors.rmse,
-            errors.rmse_to_exact_splats,
-            errors.missing_px,
-            errors.extra_px
-        );
+    for ((name, _), image) in KERNELS.iter().zip(&splats) {
+        let [rmse, to_exact] = [&reference, &splats[2]].map(|other| rmse_of_255(other, image));
+        let (missing, extra) = (reference.only(image), image.only(&reference));
+        println!("{name:7}{rmse:>8.2}{to_exact:>27.2}{missing:>14}{extra:>12}");
     }
     save(&reference, &splats)
 }
 
-/// Triangles, and splats with each of [`KINDS`].
+/// Triangles, and splats with each of [`KERNELS`].
 fn draw_all() -> (Image, [Image; 3]) {
     // A close and wide camera has strong perspective.
     let camera = PosedCamera {
@@ -75,7 +53,7 @@ fn draw_all() -> (Image, [Image; 3]) {
     let (samples, stratum) = sample_surface(&triangles, &mut Random::new(15));
     // Disks of eight strata leave few gaps between random samples.
     let radius = (8.0 * stratum / PI).sqrt();
-    let splats = KINDS.map(|kind| draw_splats(&camera, &samples, radius, kind));
+    let splats = KERNELS.map(|(_, unmap)| draw_splats(&camera, &samples, radius, unmap));
     (draw_triangles(&camera, &triangles), splats)
 }
 
@@ -94,20 +72,7 @@ fn save(reference: &Image, [paper, sheared, _]: &[Image; 3]) -> Fallible {
     Ok(())
 }
 
-fn errors(reference: &Image, exact: &Image, image: &Image) -> SplatErrors {
-    let only = |one: &Image, other: &Image| {
-        let indices = 0..SIDE * SIDE;
-        let only = indices.filter(|&index| one.covers(index) && !other.covers(index));
-        only.count()
-    };
-    SplatErrors {
-        rmse: rmse_of_255(reference, image),
-        rmse_to_exact_splats: rmse_of_255(exact, image),
-        missing_px: only(reference, image),
-        extra_px: only(image, reference),
-    }
-}
-
+/// Root mean squared difference of colour, on a scale of 255, over the pixels that both cover.
 fn rmse_of_255(one: &Image, other: &Image) -> f64 {
     let both = (0..SIDE * SIDE).filter(|&index| one.covers(index) && other.covers(index));
     let square = |index: usize| (one.color[index] - other.color[index]).length_squared() / 3.0;
@@ -136,6 +101,13 @@ impl Image {
     fn covers(&self, index: usize) -> bool {
         self.depth[index].is_finite()
     }
+
+    /// Number of pixels that only this image covers.
+    fn only(&self, other: &Self) -> usize {
+        let indices = 0..SIDE * SIDE;
+        let only = indices.filter(|&index| self.covers(index) && !other.covers(index));
+        only.count()
+    }
 }
 
 /// Indices and positions, from the principal point, of the pixels in a box around `middle_px`.
@@ -149,13 +121,11 @@ fn pixels_near(middle_px: DVec2, reach: DVec2) -> impl Iterator<Item = (usize, D
         least..end.max(least)
     };
     let columns = range(middle_px.x, reach.x);
-    range(middle_px.y, reach.y).flat_map(move |row| {
-        columns.clone().map(move |column| {
-            (
-                row * SIDE + column,
-                dvec2(column as f64, row as f64) + 0.5 - half,
-            )
-        })
+    let rows = range(middle_px.y, reach.y);
+    let pixels = rows.flat_map(move |row| columns.clone().map(move |column| (row, column)));
+    pixels.map(move |(row, column)| {
+        let pixel = dvec2(column as f64, row as f64) + 0.5 - half;
+        (row * SIDE + column, pixel)
     })
 }
 
@@ -198,11 +168,8 @@ impl Vertex {
     /// The point of a triangle with these barycentric weights.
     fn mix(triangle: &[Self; 3], weights: [f64; 3]) -> Self {
         let sum = |part: fn(&Self) -> DVec3| {
-            triangle
-                .iter()
-                .zip(weights)
-                .map(|(vertex, weight)| part(vertex) * weight)
-                .sum()
+            let weighted = triangle.iter().zip(weights);
+            weighted.map(|(vertex, weight)| part(vertex) * weight).sum()
         };
         Self {
             position: sum(|vertex| vertex.position),
@@ -313,38 +280,33 @@ impl Splat {
     }
 
     /// The covered pixels, with their points of the unit disk and their depths.
-    fn pixels(&self, kind: KernelKind) -> impl Iterator<Item = (usize, DVec2, f64)> {
+    fn pixels(&self, unmap: Unmap) -> impl Iterator<Item = (usize, DVec2, f64)> {
         let (middle_px, [a, b]) = self.kernel.ellipse();
         let affine = self.kernel.axes_px[0].abs() + self.kernel.axes_px[1].abs();
         let reach = (a.abs() + b.abs()).max(affine) + (middle_px - self.kernel.center_px).abs();
         pixels_near(middle_px, reach).filter_map(move |(index, pixel)| {
-            let e = match kind {
-                KernelKind::Paper => Some(self.kernel.unmap_affine(pixel)),
-                KernelKind::Sheared => self.kernel.unmap_sheared(pixel),
-                KernelKind::Exact => Some(self.kernel.unmap_exact(pixel)),
-            };
-            let e = e.filter(|e| e.length_squared() <= 1.0)?;
+            let e = unmap(&self.kernel, pixel).filter(|e| e.length_squared() <= 1.0)?;
             Some((index, e, self.depth * (1.0 + self.kernel.keystone.dot(e))))
         })
     }
 }
 
 /// Draws surfels of one radius.
-fn draw_splats(camera: &PosedCamera, samples: &[Vertex], radius: f64, kind: KernelKind) -> Image {
+fn draw_splats(camera: &PosedCamera, samples: &[Vertex], radius: f64, unmap: Unmap) -> Image {
     let splats = samples
         .iter()
         .filter_map(|sample| Splat::new(camera, sample, radius));
     let splats: Vec<Splat> = splats.collect();
     let mut image = Image::new();
     for splat in &splats {
-        for (index, _, depth) in splat.pixels(kind) {
+        for (index, _, depth) in splat.pixels(unmap) {
             image.depth[index] = image.depth[index].min(depth);
         }
     }
     // Blends colours up to one radius behind the nearest surface.
     let mut sums = vec![(DVec3::ZERO, 0.0); SIDE * SIDE];
     for splat in &splats {
-        for (index, e, depth) in splat.pixels(kind) {
+        for (index, e, depth) in splat.pixels(unmap) {
             if depth <= image.depth[index] + radius {
                 let weight = (-4.0 * e.length_squared()).exp();
                 sums[index].0 += splat.color * weight;
@@ -367,12 +329,14 @@ mod tests {
     #[test]
     fn sheared_splats_are_nearer_to_exact_splats() {
         let (reference, splats) = draw_all();
-        let [paper, sheared, exact] = splats
+        let to_exact = splats
             .each_ref()
-            .map(|image| errors(&reference, &splats[2], image));
-        let [of_paper, of_sheared] = [&paper, &sheared].map(|errors| errors.rmse_to_exact_splats);
-        assert!(of_sheared < 0.5 * of_paper, "{paper:?} {sheared:?}");
-        assert!(sheared.rmse < paper.rmse, "{paper:?} {sheared:?}");
-        assert_eq!((sheared.missing_px, exact.rmse_to_exact_splats), (0, 0.0));
+            .map(|image| rmse_of_255(&splats[2], image));
+        assert!(to_exact[1] < 0.5 * to_exact[0], "{to_exact:?}");
+        let rmse = splats
+            .each_ref()
+            .map(|image| rmse_of_255(&reference, image));
+        assert!(rmse[1] < rmse[0], "{rmse:?}");
+        assert_eq!((reference.only(&splats[1]), to_exact[2]), (0, 0.0));
     }
 }

@@ -23,9 +23,6 @@ use camera_field::double::{
 use drawing::{Area, Fallible, GRAY, OTHER, OURS, RGBColor, Random, Series, draw, graph};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 
-/// The number of pairs in the figure, and of further pairs with another seed.
-const PAIRS: u32 = 10;
-const FURTHER_PAIRS: u32 = 40;
 /// Largest angle between a camera of a pair that is not parallel and the common axis. The smallest is a quarter of it.
 const MAX_TOE_IN_DEG: f64 = 12.0;
 /// Samples merge if their depths differ by less than this share.
@@ -33,29 +30,24 @@ const SAME_DEPTH: f64 = 0.02;
 /// Number of shifts of the pixel grid. Counts are averaged over them, because those of a single alignment are noisy.
 const GRID_SHIFTS: u32 = 8;
 
-/// Comparison of merged samples at the convergent point and at the average position.
-#[derive(Clone, Copy, Debug)]
-struct Comparison {
-    pairs: usize,
-    /// Number of pairs for which the convergent point merges fewer samples.
-    fewer_in: usize,
-    /// Mean reduction of merged samples over the pairs, in per cent.
-    mean_fewer_percent: f64,
-}
-
 fn main() -> Fallible {
     let scenes = [Scene::stage(), Scene::plaza()];
     println!("samples merged at the convergent point, compared to the average position");
     for scene in &scenes {
-        for parallel in [true, false] {
-            for further in [false, true] {
-                let found = compare(&scene.pairs(parallel, further));
-                let texts = found.map(|found| found.text());
-                let kind = if parallel { "parallel" } else { "not parallel" };
-                let further = if further { ", further" } else { "" };
+        for (kind, parallel) in [("parallel", true), ("not parallel", false)] {
+            for (more, further) in [("", false), (", further", true)] {
+                let texts = compare(&scene.pairs(parallel, further)).map(|percents| {
+                    let (fewer, count) = (share_of_fewer(&percents), percents.len());
+                    let fewer = (fewer * count as f64).round();
+                    format!(
+                        "fewer in {fewer} of {count}, mean {:.1} % fewer",
+                        mean(&percents)
+                    )
+                });
+                let [same_focal, same_density] = texts;
+                let name = scene.name;
                 println!(
-                    "  {}, {kind}{further}: same focal length {}; same density {}",
-                    scene.name, texts[0], texts[1]
+                    "  {name}, {kind}{more}: same focal length {same_focal}; same density {same_density}"
                 );
             }
         }
@@ -68,29 +60,23 @@ fn main() -> Fallible {
     })
 }
 
-/// Compares the convergent point with two cameras at the average position. The first has the same focal length, the
-/// second has the same density on the plane at the mean depth.
-fn compare(pairs: &[Merged]) -> [Comparison; 2] {
-    let average: [fn(&Merged) -> f64; 2] = [
-        |merged| merged.average_same_focal,
-        |merged| merged.average_same_density,
-    ];
+/// For each pair, how many per cent fewer samples merge at the convergent point than in two cameras at the average
+/// position. The first has the same focal length, the second has the same density on the plane at the mean depth.
+fn compare(pairs: &[Merged]) -> [Vec<f64>; 2] {
+    let average: [fn(&Merged) -> f64; 2] = [|m| m.average_same_focal, |m| m.average_same_density];
     average.map(|average| {
         let fewer = |merged: &Merged| 100.0 * (1.0 - merged.convergent / average(merged));
-        let percents: Vec<f64> = pairs.iter().map(fewer).collect();
-        Comparison {
-            pairs: pairs.len(),
-            fewer_in: percents.iter().filter(|&&percent| percent > 0.0).count(),
-            mean_fewer_percent: percents.iter().sum::<f64>() / percents.len() as f64,
-        }
+        pairs.iter().map(fewer).collect()
     })
 }
 
-impl Comparison {
-    fn text(&self) -> String {
-        let (fewer, pairs, mean) = (self.fewer_in, self.pairs, self.mean_fewer_percent);
-        format!("fewer in {fewer} of {pairs}, mean {mean:.1} % fewer")
-    }
+/// Share of the pairs for which the convergent point merges fewer samples.
+fn share_of_fewer(percents: &[f64]) -> f64 {
+    percents.iter().filter(|&&percent| percent > 0.0).count() as f64 / percents.len() as f64
+}
+
+fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
 /// A solid of a scene. World space: x right, y down, z away from the reader.
@@ -152,11 +138,10 @@ impl Scene {
             block(-6.27, 12.46, [1.25, 0.66, 0.97]),
             ball(-3.62, 14.62, 0.78),
         ];
-        let target = dvec3(0.0, 0.2, 11.0);
         Self {
             name: "stage",
             solids,
-            target,
+            target: dvec3(0.0, 0.2, 11.0),
             headings: 0.0,
             seed: 1,
         }
@@ -180,23 +165,18 @@ impl Scene {
             ball(2.07, -3.59, 0.40),
             ball(2.07, -1.20, 0.82),
         ];
-        let target = dvec3(0.0, 0.2, 0.0);
         Self {
             name: "plaza",
             solids,
-            target,
+            target: dvec3(0.0, 0.2, 0.0),
             headings: TAU,
             seed: 2,
         }
     }
 
-    /// Merged samples of parallel pairs or of pairs that are not parallel.
+    /// Merged samples of ten parallel pairs or pairs that are not parallel, or of 40 further pairs with another seed.
     fn pairs(&self, parallel: bool, further: bool) -> Vec<Merged> {
-        let (count, seed) = if further {
-            (FURTHER_PAIRS, 100)
-        } else {
-            (PAIRS, 0)
-        };
+        let (count, seed) = if further { (40, 100) } else { (10, 0) };
         let max_toe_in = if parallel { 0.0 } else { MAX_TOE_IN_DEG };
         let mut random = Random::new(self.seed + seed);
         let pair = |_| Merged::of_pair(self, max_toe_in.to_radians(), &mut random);
@@ -222,12 +202,9 @@ impl Scene {
             let ray = (pixel / camera.intrinsics.focal_px).extend(1.0);
             let direction = camera.pose.world_from_camera * ray;
             let origin = camera.pose.origin;
-            let distances = self
-                .solids
-                .iter()
-                .filter_map(|solid| solid.distance(origin, direction));
-            let nearest = distances.min_by(f64::total_cmp)?;
-            Some(origin + direction * nearest)
+            let solids = self.solids.iter();
+            let distances = solids.filter_map(|solid| solid.distance(origin, direction));
+            Some(origin + direction * distances.min_by(f64::total_cmp)?)
         });
         samples.collect()
     }
@@ -341,10 +318,10 @@ fn references(
     let nearer = random.between(0.0, 4.5);
     let apart = random.between(1.0, 3.5);
     let height = random.between(-0.6, 0.4);
-    let toe_in = if max_toe_in > 0.0 {
-        random.between(0.25, 1.0) * max_toe_in
-    } else {
-        0.0
+    // Parallel pairs take no random number for the angle.
+    let toe_in = match max_toe_in {
+        0.0 => 0.0,
+        most => random.between(0.25, 1.0) * most,
     };
     let intrinsics = Intrinsics::centered(random.between(150.0, 240.0), dvec2(240.0, 180.0));
     let camera = |across: f64, back: f64, height: f64, turn: f64| {
@@ -362,19 +339,14 @@ fn references(
 /// Number of samples that merge in a camera at `origin` that looks along `axis`. One sample per pixel and layer stays.
 fn merged(points: &[DVec3], origin: DVec3, axis: DVec3, focal_px: f64) -> f64 {
     let pose = Pose::looking_at(origin, origin + axis, DVec3::NEG_Y);
-    let in_camera = points
-        .iter()
-        .map(|&p| pose.to_camera(p))
-        .filter(|p| p.z > 0.0);
-    let projected = in_camera.map(|p| (p.truncate() / p.z * focal_px).extend(p.z));
+    let in_camera = points.iter().map(|&p| pose.to_camera(p));
+    let in_front = in_camera.filter(|p| p.z > 0.0);
+    let projected = in_front.map(|p| (p.truncate() / p.z * focal_px).extend(p.z));
     let projected: Vec<DVec3> = projected.collect();
     // The shifts are from the R2 sequence (Roberts 2018), which covers the pixel evenly.
     let shifts = (0..GRID_SHIFTS).map(|index| {
         let step = f64::from(index) + 0.5;
-        dvec2(
-            (step * 0.754_877_666).fract(),
-            (step * 0.569_840_291).fract(),
-        )
+        dvec2(step * 0.754_877_666, step * 0.569_840_291).fract()
     });
     let total: usize = shifts.map(|shift| merged_on_grid(&projected, shift)).sum();
     total as f64 / f64::from(GRID_SHIFTS)
@@ -405,14 +377,14 @@ fn merged_on_grid(projected: &[DVec3], shift: DVec2) -> usize {
 
 /// Draws the merged samples of each pair, in per cent of all samples.
 fn draw_counts(area: &Area, title: &str, pairs: &[Merged]) -> Fallible {
+    const NAMES: [&str; 2] = [
+        "at the average, same focal length",
+        "at the average, same density",
+    ];
     let curves: [(&str, RGBColor, fn(&Merged) -> f64); 3] = [
         ("at the convergent point", OURS, |m| m.convergent),
-        ("at the average, same focal length", OTHER, |m| {
-            m.average_same_focal
-        }),
-        ("at the average, same density", GRAY, |m| {
-            m.average_same_density
-        }),
+        (NAMES[0], OTHER, |m| m.average_same_focal),
+        (NAMES[1], GRAY, |m| m.average_same_density),
     ];
     let series = curves.map(|(name, color, count)| {
         let percent = |(m, x): (&Merged, u8)| dvec2(x.into(), 100.0 * count(m) / m.samples);
@@ -431,46 +403,21 @@ fn draw_counts(area: &Area, title: &str, pairs: &[Merged]) -> Fallible {
 mod tests {
     use super::*;
 
-    /// Asserts the share of pairs with fewer merged samples, and the mean reduction in per cent.
-    fn assert_fewer(comparison: Comparison, share: f64, percent: f64) {
-        let pairs = comparison.pairs as f64;
-        assert!(
-            comparison.fewer_in as f64 >= share * pairs,
-            "{comparison:?}"
-        );
-        assert!(comparison.mean_fewer_percent > percent, "{comparison:?}");
-    }
-
     #[test]
     fn convergent_points_merge_fewer_samples() {
         for scene in [Scene::stage(), Scene::plaza()] {
-            let [same_focal, same_density] = compare(&scene.pairs(true, false));
-            assert_fewer(same_focal, 0.9, 10.0);
-            assert_fewer(same_density, 0.9, 5.0);
-            let [same_focal, same_density] = compare(&scene.pairs(true, true));
-            assert_fewer(same_focal, 0.9, 10.0);
-            assert_fewer(same_density, 0.8, 5.0);
-            let [same_focal, same_density] = compare(&scene.pairs(false, true));
-            assert_fewer(same_focal, 0.6, 10.0);
-            assert_fewer(same_density, 0.7, 4.0);
+            // Least share of pairs, and least mean reduction in per cent, for both cameras at the average.
+            for (parallel, further, least) in [
+                (true, false, [(0.9, 10.0), (0.9, 5.0)]),
+                (true, true, [(0.9, 10.0), (0.8, 5.0)]),
+                (false, true, [(0.6, 10.0), (0.7, 4.0)]),
+            ] {
+                let found = compare(&scene.pairs(parallel, further));
+                for (percents, (share, percent)) in found.iter().zip(least) {
+                    assert!(share_of_fewer(percents) >= share, "{percents:?}");
+                    assert!(mean(percents) > percent, "{percents:?}");
+                }
+            }
         }
-    }
-
-    /// A camera merges none of its own samples. At half the focal length it merges three of four.
-    #[test]
-    fn camera_keeps_its_own_samples() {
-        let pose = Pose::looking_at(DVec3::ZERO, DVec3::Z, DVec3::NEG_Y);
-        let pixels = (-20..20).flat_map(|x| (-20..20).map(move |y| dvec2(x.into(), y.into())));
-        let points = pixels.map(|pixel| pose.to_world(((pixel + 0.5) / 100.0).extend(1.0) * 5.0));
-        let points: Vec<DVec3> = points.collect();
-        assert_eq!(
-            merged(&points, DVec3::ZERO, DVec3::Z, 100.0 * (1.0 + 1e-9)),
-            0.0
-        );
-        let at_half = merged(&points, DVec3::ZERO, DVec3::Z, 50.0);
-        assert!((at_half - 1200.0).abs() < 40.0, "{at_half}");
-        // Samples with different depths are layers and do not merge.
-        let two = [DVec3::Z * 2.0, DVec3::Z * 3.0];
-        assert_eq!(merged(&two, DVec3::ZERO, DVec3::Z, 100.0), 0.0);
     }
 }

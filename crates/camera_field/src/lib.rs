@@ -40,14 +40,14 @@
 //! | §2.2 field (5, 6), spherical (7) | [`Intrinsics`], [`Spherical`], in the world [`PosedCamera`] |
 //! | §3.1 flux (8), Property 1 | [`Intrinsics::flux_through_triangle`], [`Intrinsics::flux_through_patch`], [`Intrinsics::flux_through_disk`] |
 //! | §3.2 divergence (9–11), curl (12) | [`Intrinsics::divergence`], [`Intrinsics::curl`] |
-//! | §3.3 level surface (13), gradient (14) | [`Intrinsics::level_radius`], [`Intrinsics::level_surface_mesh`], [`Intrinsics::gradient`] |
+//! | §3.3 level surface (13), gradient (14) | [`Intrinsics::level_radius`], [`Intrinsics::gradient`] |
 //! | §3.4 aspect ratio | [`Intrinsics::aspect_ratio`], [`Intrinsics::pattern_aspect_ratio`] |
 //! | §3.5 addition | [`compound_field`], [`compound_density`] |
 //! | §4.1.1 splats (15), Fig. 13 | [`splat_area_px2`], [`SplatKernel`] |
 //! | §4.1.2 texture filter | [`FilterKernel`] |
 //! | §4.1.3 projection factor (16) | [`Intrinsics::projection_factor`] |
 //! | §4.1.4 mip level | [`filter_dimension`], [`mip_level`] |
-//! | §4.1.5, §4.2.2 level of detail | [`LodCriteria`], [`coarsest_level`], bounds as [`SphereBound`] |
+//! | §4.1.5, §4.2.2 level of detail | [`coarsest_level`], bounds as [`SphereBound`] |
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!
@@ -57,7 +57,7 @@
 //! - the keystone of splats, and the convergent point of cameras that are not parallel.
 //!
 //! # Errata of the paper
-//! Each has a test, named in brackets, in `tests/errata.rs` unless another file is named. All
+//! Each has a test, named in brackets, in `tests/paper/errata.rs` unless another file is named. All
 //! other equations hold as printed. The remaining tests compare each with central differences or
 //! counted samples to 85° off axis.
 //!
@@ -71,12 +71,12 @@
 //! 4. §4.1.1 proposes to shear the content of the kernel. A linear shear keeps the kernel symmetric;
 //!    asymmetry needs a second-order term. (`an_affine_shear_is_symmetric`)
 //! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
-//!    (`density_on_the_image_plane_is_one`, in `tests/field.rs`)
+//!    (`density_on_the_image_plane_is_one`, in `field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
 //!
 //! # Unstated assumptions of the paper
 //! 1. Square pixels and an image centred on the axis. Densities hold without both; the aspect ratio
-//!    needs square pixels. (`pattern_aspect_ratio_holds_for_oblong_pixels`, in `tests/field.rs`)
+//!    needs square pixels. (`pattern_aspect_ratio_holds_for_oblong_pixels`, in `field.rs`)
 //! 2. §3.5: all cameras are in front of the surface. Cameras on both sides cancel in the
 //!    sum. (`compound_field_assumes_cameras_on_one_side`)
 //! 3. §3.2: the curl measures variation across the sight rays, not along them.
@@ -91,7 +91,7 @@
 //! 7. §4.1.4: the filter counts as round. At grazing angles, the level is then sharper than the
 //!    longer axis of the filter needs. (`mip_level_is_the_mean_of_the_filter_axes`)
 //! 8. (17, 18) divide by the *visible* area, which favours a camera that sees little.
-//!    (`whole_surface_statistics_count_unseen_surface`, in `tests/applications.rs`)
+//!    (`whole_surface_statistics_count_unseen_surface`, in `applications.rs`)
 //! 9. Fig. 18 does not give the focal length of the camera at the average position. On a plane
 //!    perpendicular to the axes, only the focal length and the depth matter, because every pinhole
 //!    camera samples this plane evenly. (`perpendicular_plane_is_sampled_evenly_from_anywhere`)
@@ -111,7 +111,7 @@
 //!
 //! # Guarantees
 //! - No formula allocates. Formulas take and return plain `Copy` values, and the crate's `clippy.toml`
-//!   forbids the allocating types. Only [`Intrinsics::level_surface_mesh`], for drawing, is exempt.
+//!   forbids the allocating types.
 //! - Functions of level-of-detail selection (fields, criteria, bounds) use only `+ − × ÷ √` and
 //!   comparisons. They give the same bits on every IEEE 754 machine. The crate's
 //!   `clippy.toml` forbids other operations, except in functions that take angles or return mip levels.

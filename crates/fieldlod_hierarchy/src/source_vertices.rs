@@ -70,9 +70,8 @@ impl Hierarchy {
     /// missing](Self::lacks_source_vertices).
     #[must_use]
     pub fn source_vertices(&self) -> Vertices {
-        let mut vertices = self.vertices.clone();
-        vertices.truncate(self.source_vertex_count as usize);
-        vertices
+        let indices: Vec<u32> = (0..self.source_vertex_count).collect();
+        self.vertices.at(&indices)
     }
 
     /// Removes the positions of source vertices.
@@ -86,15 +85,6 @@ impl Hierarchy {
 }
 
 impl Vertices {
-    fn truncate(&mut self, count: usize) {
-        self.positions.truncate(count);
-        self.normals.truncate(count);
-        self.uvs.truncate(count);
-        self.tangents.truncate(count);
-        self.uvs_1.truncate(count);
-        self.colors.truncate(count);
-    }
-
     /// Replaces the first `count` vertices by those of `source`.
     pub(crate) fn replace_first(
         &mut self,

@@ -9,6 +9,9 @@ use crate::bounds::{Aabb, Sphere};
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
 use crate::vertices::Vertices;
 
+/// A level with more than this share of the triangles of the finer level is skipped.
+const MOST_KEPT: f32 = 0.75;
+
 /// The whole mesh at one level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WholeMeshCut {
@@ -16,11 +19,6 @@ pub struct WholeMeshCut {
     pub group_level: u32,
     /// Triangles as indices into [`Hierarchy::vertices`].
     pub triangles: Vec<[u32; 3]>,
-}
-
-impl WholeMeshCut {
-    /// A level with more than this share of the triangles of the finer level is skipped.
-    pub const MOST_KEPT: f32 = 0.75;
 }
 
 impl Hierarchy {
@@ -31,10 +29,9 @@ impl Hierarchy {
         let mut kept: Vec<WholeMeshCut> = Vec::new();
         for group_level in 0..self.level_count() {
             let triangles = self.triangles_from_level(group_level);
-            let most = kept
-                .last()
-                .map(|last| last.triangles.len() as f32 * WholeMeshCut::MOST_KEPT);
-            if most.is_none_or(|most| triangles.len() as f32 <= most) {
+            let count = triangles.len() as f32;
+            let finer = kept.last();
+            if finer.is_none_or(|finer| count <= finer.triangles.len() as f32 * MOST_KEPT) {
                 kept.push(WholeMeshCut {
                     group_level,
                     triangles,

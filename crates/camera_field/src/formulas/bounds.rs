@@ -56,11 +56,8 @@ impl SphereBound {
     }
 }
 
-/// The input of all bounds over a sphere.
-///
-/// Compute it once for several bounds of one sphere.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SphereExtent {
+/// The part of a sphere that can be visible.
+enum SphereExtent {
     /// The sphere does not touch the field of view.
     Outside,
     /// Bounds of secant and depth over the visible part of the sphere.
@@ -120,9 +117,25 @@ impl Intrinsics {
         !outside
     }
 
-    /// Secant and depth bounds of a sphere. All other bounds of the sphere follow from them.
+    /// Upper bound of the strength (eq. 5) over the visible part of a sphere.
     #[inline]
-    pub fn sphere_extent(&self, center: Vec3, radius: Real) -> SphereExtent {
+    pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        let constant = self.constant_px2();
+        let extent = self.sphere_extent(center, radius);
+        extent.bound(|sec, z| constant * sec / (z * z))
+    }
+
+    /// Upper bound of [`Intrinsics::pixel_scale`] over the visible part of a sphere: pixels per
+    /// unit of displacement perpendicular to the sight ray, `√(c / cos φ)`.
+    #[inline]
+    pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        let focal = self.focal_px.x.max(self.focal_px.y);
+        let extent = self.sphere_extent(center, radius);
+        extent.bound(|sec, z| focal * sec / z)
+    }
+
+    #[inline]
+    fn sphere_extent(&self, center: Vec3, radius: Real) -> SphereExtent {
         if !(center.is_finite() && radius >= 0.0) {
             SphereExtent::Unbounded
         } else if self.touches_sphere(center, radius) {
@@ -130,33 +143,6 @@ impl Intrinsics {
         } else {
             SphereExtent::Outside
         }
-    }
-
-    /// Upper bound of the strength (eq. 5) over the visible part of a sphere.
-    #[inline]
-    pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        self.strength_over_extent(self.sphere_extent(center, radius))
-    }
-
-    /// Upper bound of [`Intrinsics::pixel_scale`] over the visible part of a sphere: pixels per
-    /// unit of displacement perpendicular to the sight ray, `√(c / cos φ)`.
-    #[inline]
-    pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        self.pixel_scale_over_extent(self.sphere_extent(center, radius))
-    }
-
-    /// [`Intrinsics::strength_over_sphere`] of an extent that is already known.
-    #[inline]
-    pub fn strength_over_extent(&self, extent: SphereExtent) -> SphereBound {
-        let constant = self.constant_px2();
-        extent.bound(|sec, z| constant * sec / (z * z))
-    }
-
-    /// [`Intrinsics::pixel_scale_over_sphere`] of an extent that is already known.
-    #[inline]
-    pub fn pixel_scale_over_extent(&self, extent: SphereExtent) -> SphereBound {
-        let focal = self.focal_px.x.max(self.focal_px.y);
-        extent.bound(|sec, z| focal * sec / z)
     }
 }
 

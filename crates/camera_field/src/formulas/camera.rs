@@ -91,54 +91,12 @@ impl Camera {
         }
     }
 
-    /// The field at `p` (eq. 6), or the constant field.
-    #[inline]
-    pub fn field(&self, p: Vec3) -> Vec3 {
-        match self {
-            Self::Perspective(camera) => camera.field(p),
-            Self::Orthographic(camera) => camera.field(p),
-        }
-    }
-
-    /// Strength of the field (eq. 5), or of the constant field.
-    #[inline]
-    pub fn strength(&self, p: Vec3) -> Real {
-        match self {
-            Self::Perspective(camera) => camera.strength(p),
-            Self::Orthographic(camera) => camera.strength(p),
-        }
-    }
-
-    /// Projection factor `c · n` (eq. 16).
-    #[inline]
-    pub fn projection_factor(&self, p: Vec3, normal: Vec3) -> Real {
-        self.field(p).dot(normal)
-    }
-
-    /// Unit vector from `p` to the camera: the direction of the field.
-    #[inline]
-    pub fn direction_to_camera(&self, p: Vec3) -> Vec3 {
-        match self {
-            Self::Perspective(_) => (-p).normalize_or_zero(),
-            Self::Orthographic(_) => -Vec3::Z,
-        }
-    }
-
     /// Aspect ratio of the sampling pattern (§3.4) for square pixels; 1 for an orthographic camera.
     #[inline]
     pub fn aspect_ratio(&self, p: Vec3) -> Real {
         match self {
             Self::Perspective(_) => Intrinsics::aspect_ratio(p),
             Self::Orthographic(_) => 1.0,
-        }
-    }
-
-    /// Curl of the field (eq. 12); zero for an orthographic camera.
-    #[inline]
-    pub fn curl(&self, p: Vec3) -> Vec3 {
-        match self {
-            Self::Perspective(camera) => camera.curl(p),
-            Self::Orthographic(_) => Vec3::ZERO,
         }
     }
 
@@ -198,46 +156,60 @@ impl ProjectionRows {
 }
 
 fn perspective(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, ProjectionError> {
-    let [x_scale, _, x_shift, x_offset] = rows.x;
-    let [_, y_scale, y_shift, y_offset] = rows.y;
+    let ([.., x_shift, x_offset], [.., y_shift, y_offset]) = (rows.x, rows.y);
     if x_offset != 0.0 || y_offset != 0.0 {
         return Err(ProjectionError::Sheared);
     }
-    let w_scale = -rows.w[2];
-    let (x_min, x_max) = edges(x_scale, x_shift, w_scale)?;
-    // Camera y points down, so the upper edge of clip space has the smallest slope.
-    let (y_min, y_max) = edges(-y_scale, y_shift, w_scale)?;
-    // Clip space is two units across.
-    let focal_px = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
-    if !(focal_px.is_finite() && focal_px.min_element() > 0.0) {
-        return Err(ProjectionError::Degenerate);
-    }
+    let image = Image::new(rows, [x_shift, y_shift], -rows.w[2], viewport_px)?;
     Ok(Camera::Perspective(Intrinsics {
-        focal_px,
-        slope_min: Vec2::new(x_min, y_min),
-        slope_max: Vec2::new(x_max, y_max),
+        focal_px: image.px_per_unit,
+        slope_min: image.min,
+        slope_max: image.max,
     }))
 }
 
 fn orthographic(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, ProjectionError> {
-    let [x_scale, _, x_oblique, x_offset] = rows.x;
-    let [_, y_scale, y_oblique, y_offset] = rows.y;
+    let ([.., x_oblique, x_offset], [.., y_oblique, y_offset]) = (rows.x, rows.y);
     if x_oblique != 0.0 || y_oblique != 0.0 {
         return Err(ProjectionError::Sheared);
     }
-    let w_scale = rows.w[3];
-    let (x_min, x_max) = edges(x_scale, -x_offset, w_scale)?;
-    let (y_min, y_max) = edges(-y_scale, -y_offset, w_scale)?;
-    // Clip space is two units across.
-    let pixels_per_unit = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
-    if !(pixels_per_unit.is_finite() && pixels_per_unit.min_element() > 0.0) {
-        return Err(ProjectionError::Degenerate);
-    }
+    let image = Image::new(rows, [-x_offset, -y_offset], rows.w[3], viewport_px)?;
     Ok(Camera::Orthographic(OrthographicIntrinsics {
-        pixels_per_unit,
-        min: Vec2::new(x_min, y_min),
-        max: Vec2::new(x_max, y_max),
+        pixels_per_unit: image.px_per_unit,
+        min: image.min,
+        max: image.max,
     }))
+}
+
+/// Scale and edges of an image, in slopes or in scene units.
+struct Image {
+    px_per_unit: Vec2,
+    min: Vec2,
+    max: Vec2,
+}
+
+impl Image {
+    fn new(
+        rows: &ProjectionRows,
+        shift: [Real; 2],
+        w_scale: Real,
+        viewport_px: Vec2,
+    ) -> Result<Self, ProjectionError> {
+        let (x_scale, y_scale) = (rows.x[0], rows.y[1]);
+        let (x_min, x_max) = edges(x_scale, shift[0], w_scale)?;
+        // Camera y points down, so the upper edge of clip space has the smallest y.
+        let (y_min, y_max) = edges(-y_scale, shift[1], w_scale)?;
+        // Clip space is two units across.
+        let px_per_unit = Vec2::new(x_scale.abs(), y_scale.abs()) / w_scale * viewport_px * 0.5;
+        if !(px_per_unit.is_finite() && px_per_unit.min_element() > 0.0) {
+            return Err(ProjectionError::Degenerate);
+        }
+        Ok(Self {
+            px_per_unit,
+            min: Vec2::new(x_min, y_min),
+            max: Vec2::new(x_max, y_max),
+        })
+    }
 }
 
 /// The two solutions of `scale · slope − shift = ±w_scale`, in order.

@@ -4,6 +4,7 @@
 //! c(P)      = −C P / z³            C = f_x f_y            (6)
 //! |c|       =  C ρ / z³                                   (5)
 //! curl c    =  3C (−y, x, 0) / z⁴                         (12)
+//! ρ(k, φ)   = √(C / (k cos³φ))                            (13), where |c| = k
 //! grad |c|  =  C (x, y, z − 3ρ²/z) / (ρ z³)               (14), Cartesian
 //! ```
 //!
@@ -162,6 +163,13 @@ impl Intrinsics {
         let rho = p.length();
         let scale = self.constant_px2() / (rho * p.z * p.z * p.z);
         Vec3::new(p.x, p.y, p.z - 3.0 * rho * rho / p.z) * scale
+    }
+
+    /// Distance `ρ` at which the strength equals `strength`, at an angle off the axis given by
+    /// its cosine (eq. 13).
+    #[inline]
+    pub fn level_radius(&self, strength: Real, cos_phi: Real) -> Real {
+        (self.constant_px2() / (strength * cos_phi * cos_phi * cos_phi)).sqrt()
     }
 
     /// Largest movement in pixels per unit of displacement perpendicular to the sight ray:

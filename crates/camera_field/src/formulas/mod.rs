@@ -13,7 +13,7 @@ mod spherical;
 use super::scalar;
 
 pub use applications::*;
-pub use bounds::{SphereBound, SphereExtent};
+pub use bounds::SphereBound;
 pub use camera::{CAMERA_FROM_VIEW, Camera, ProjectionError};
 pub use intrinsics::Intrinsics;
 pub use orthographic::OrthographicIntrinsics;

@@ -78,12 +78,6 @@ impl PosedCamera {
         self.pose.world_from_camera * self.intrinsics.field(self.pose.to_camera(p))
     }
 
-    /// The curl at a point of the world, as a vector of the world (eq. 12).
-    #[inline]
-    pub fn curl(&self, p: Vec3) -> Vec3 {
-        self.pose.world_from_camera * self.intrinsics.curl(self.pose.to_camera(p))
-    }
-
     /// Projection factor `c · n` at a point of the world (eq. 16).
     #[inline]
     pub fn projection_factor(&self, p: Vec3, normal: Vec3) -> Real {

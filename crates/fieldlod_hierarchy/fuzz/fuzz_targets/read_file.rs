@@ -10,7 +10,7 @@ use fieldlod_hierarchy::{BakedFile, Hierarchy, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../tests/common/mod.rs"]
+#[path = "../../tests/suite/common.rs"]
 mod common;
 
 fuzz_target!(|bytes: &[u8]| {

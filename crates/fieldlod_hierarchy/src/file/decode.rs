@@ -1,5 +1,7 @@
 //! Decodes the sections of a primitive.
 
+use std::ops::Range;
+
 use super::contents::BakedPrimitive;
 use super::error::FileError;
 use super::layout::Entry;
@@ -8,7 +10,7 @@ use crate::file::sections::coded::Coded;
 use crate::file::sections::section_reader;
 use crate::file::vertices::attributes;
 use crate::file::vertices::predict::Predict;
-use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+use crate::hierarchy::{Hierarchy, NO_GROUP, Unit};
 
 /// Decodes a primitive, section by section.
 pub(super) struct Decoder {
@@ -23,7 +25,7 @@ impl Decoder {
         let predictors = entry.attributes.predictors(entry.grids().is_some());
         let coded = Coded::new(
             predictors.len(),
-            entry.source_vertex_count,
+            entry.counts.source_vertices,
             entry.options.beside_source,
         );
         Self {
@@ -51,7 +53,7 @@ impl Decoder {
         self.sections_read += 1;
         // Only the last section has unused vertices and origins.
         let (unused_vertices, origins) = if self.is_whole() {
-            (self.entry.unused_vertices, self.entry.origin_count)
+            (self.entry.counts.unused_vertices, self.entry.counts.origins)
         } else {
             (0, 0)
         };
@@ -70,7 +72,8 @@ impl Decoder {
     }
 
     /// Returns the validated primitive. `primitive` is its index in the file.
-    pub(super) fn finish(self, primitive: usize) -> Result<BakedPrimitive, FileError> {
+    pub(super) fn finish(mut self, primitive: usize) -> Result<BakedPrimitive, FileError> {
+        self.coded.restore_starts();
         let mut hierarchy = self.hierarchy()?;
         let valid = if self.entry.options.beside_source {
             hierarchy = hierarchy.without_source_vertices();
@@ -91,8 +94,8 @@ impl Decoder {
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
         let (entry, coded) = (&self.entry, &self.coded);
         let vertex_count = coded.vertex_indices.len();
-        check_count(entry.group_count, coded.groups.len(), "the groups")?;
-        check_count(entry.vertex_count, vertex_count, "the vertex order")?;
+        check_count(entry.counts.groups, coded.groups.len(), "the groups")?;
+        check_count(entry.counts.vertices, vertex_count, "the vertex order")?;
         let rows_of_vertices = inverse(&coded.vertex_indices)?;
         let vertices = attributes::from_rows(
             &coded.rows,
@@ -106,12 +109,11 @@ impl Decoder {
             .map(|&place| coded.group_indices[place as usize]);
         let mut builder = Builder {
             coded,
-            starts: Starts::of(coded),
             indices: indices.collect(),
             hierarchy: Hierarchy {
                 source: entry.source,
                 vertices,
-                source_vertex_count: entry.source_vertex_count,
+                source_vertex_count: entry.counts.source_vertices,
                 moved_from: coded.moved_from.clone(),
                 carrier_joint: entry.carrier_joint,
                 ..Hierarchy::default()
@@ -159,40 +161,8 @@ fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
     Ok(order)
 }
 
-/// Starts of the ranges of groups and units in the arrays of a [`Coded`].
-struct Starts {
-    /// First finer link and first unit.
-    groups: Vec<[usize; 2]>,
-    /// First vertex and first triangle.
-    units: Vec<[usize; 2]>,
-}
-
-impl Starts {
-    fn of(coded: &Coded) -> Self {
-        let of_group = |group: &Group| [group.finer_count, group.unit_count];
-        let of_unit = |unit: &Unit| [unit.vertex_count, unit.triangle_count];
-        Self {
-            groups: starts(coded.groups.iter().map(of_group)),
-            units: starts(coded.units.iter().map(of_unit)),
-        }
-    }
-}
-
-/// Starts of consecutive ranges with these lengths.
-fn starts<const N: usize>(counts: impl Iterator<Item = [u32; N]>) -> Vec<[usize; N]> {
-    let next_starts = counts.scan([0; N], |next, counts| {
-        let starts = *next;
-        for (next, count) in next.iter_mut().zip(counts) {
-            *next += count as usize;
-        }
-        Some(starts)
-    });
-    next_starts.collect()
-}
-
 struct Builder<'a> {
     coded: &'a Coded,
-    starts: Starts,
     /// Indices of the groups in the encoded hierarchy, ascending.
     indices: Vec<u32>,
     hierarchy: Hierarchy,
@@ -210,30 +180,25 @@ impl Builder<'_> {
 
     /// Adds a group of `coded`.
     fn add_group(&mut self, index: usize) {
-        let group = self.coded.groups[index];
-        let [first_finer, first_unit] = self.starts.groups[index];
-        for unit in first_unit..first_unit + group.unit_count as usize {
+        let coded = self.coded;
+        let group = coded.groups[index];
+        for unit in &coded.units[group.units()] {
             self.add_unit(unit);
         }
-        let links = &self.coded.finer[first_finer..][..group.finer_count as usize];
-        let read = links
-            .iter()
-            .filter_map(|&finer| position(&self.indices, finer));
+        let links = coded.finer[group.finer()].iter();
+        let read = links.filter_map(|&finer| position(&self.indices, finer));
         self.hierarchy.push_group(group, read);
     }
 
-    fn add_unit(&mut self, index: usize) {
-        let (coded, unit) = (self.coded, &self.coded.units[index]);
-        let [vertex, triangle] = self.starts.units[index];
-        let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
-        let indices = &coded.indices[triangle * 3..][..unit.triangle_count as usize * 3];
+    fn add_unit(&mut self, unit: &Unit) {
+        let coded = self.coded;
+        let vertices = coded.unit_vertices[unit.vertices()].iter();
+        let Range { start, end } = unit.triangles();
         self.hierarchy.push_unit(
             position(&self.indices, unit.produced_by).unwrap_or(NO_GROUP),
             unit.aabb,
-            vertices
-                .iter()
-                .map(|&code| coded.vertex_indices[code as usize]),
-            indices.iter().copied(),
+            vertices.map(|&code| coded.vertex_indices[code as usize]),
+            coded.indices[start * 3..end * 3].iter().copied(),
         );
     }
 }

@@ -1,13 +1,13 @@
 //! Encodes the sections of a primitive.
 
 use super::contents::{BakedPrimitive, FileOptions};
-use super::layout::{Entry, SectionEntry};
+use super::layout::{Counts, Entry, SectionEntry};
 use crate::file::sections::coded::Coded;
 use crate::file::sections::section_writer;
 use crate::file::vertices::attributes::{self, Attributes};
 use crate::file::vertices::quantize::{self, Grids, Precision};
 use crate::file::vertices::rows::Rows;
-use crate::hierarchy::{Group, Hierarchy, Unit};
+use crate::hierarchy::{Hierarchy, Unit};
 
 /// Returns the directory entry and the sections of a primitive.
 ///
@@ -19,7 +19,7 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
         prepared.sections(prepared.hierarchy(), &prepared.rows, false);
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
     let mut entry = prepared.entry(primitive, of_sections.collect());
-    entry.unused_vertices = unused_vertices as u32;
+    entry.counts.unused_vertices = unused_vertices as u32;
     (entry, sections)
 }
 
@@ -93,11 +93,13 @@ impl Prepared<'_> {
             carrier_joint: hierarchy.carrier_joint,
             grids: self.grids,
             position_error_in_local: primitive.position_error_in_local + moved_by,
-            group_count: hierarchy.groups.len() as u32,
-            vertex_count: hierarchy.vertices.positions.len() as u32,
-            source_vertex_count: hierarchy.source_vertex_count,
-            origin_count: hierarchy.moved_from.len() as u32,
-            unused_vertices: 0,
+            counts: Counts {
+                groups: hierarchy.groups.len() as u32,
+                vertices: hierarchy.vertices.positions.len() as u32,
+                source_vertices: hierarchy.source_vertex_count,
+                origins: hierarchy.moved_from.len() as u32,
+                unused_vertices: 0,
+            },
             sections,
         }
     }
@@ -168,28 +170,14 @@ struct Coder<'a> {
 impl Coder<'_> {
     fn add_group(&mut self, index: u32) {
         let hierarchy = self.hierarchy;
-        let group = &hierarchy.groups[index as usize];
-        self.coded.group_indices.push(index);
-        self.coded.groups.push(Group {
-            first_finer: 0,
-            first_unit: 0,
-            ..*group
-        });
-        self.coded.finer.extend(hierarchy.finer_groups(group));
-        for unit in &hierarchy.units[group.units()] {
-            self.add_unit(index, unit);
+        self.coded.push_group(hierarchy, index);
+        for unit in &hierarchy.units[hierarchy.groups[index as usize].units()] {
+            self.add_geometry(unit);
         }
     }
 
-    fn add_unit(&mut self, group: u32, unit: &Unit) {
+    fn add_geometry(&mut self, unit: &Unit) {
         let hierarchy = self.hierarchy;
-        self.coded.units.push(Unit {
-            consumed_by: 0,
-            produced_by: unit.producer().map_or(0, |producer| group - producer),
-            first_vertex: 0,
-            first_triangle: 0,
-            ..*unit
-        });
         for &vertex in hierarchy.vertices_of(unit) {
             let code = self.code_of(vertex);
             self.coded.unit_vertices.push(code);

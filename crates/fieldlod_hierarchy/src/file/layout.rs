@@ -1,5 +1,6 @@
 //! Header and directory of a file.
 
+use bytemuck::{Pod, Zeroable};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 use super::contents::FileOptions;
@@ -28,18 +29,26 @@ pub(super) struct Entry {
     pub(super) carrier_joint: Option<u16>,
     pub(super) grids: Grids,
     pub(super) position_error_in_local: f32,
-    pub(super) group_count: u32,
-    pub(super) vertex_count: u32,
-    pub(super) source_vertex_count: u32,
-    /// Number of moved vertices with a source vertex. The last section holds them.
-    pub(super) origin_count: u32,
-    /// Number of vertices that no unit uses. The last section holds them.
-    pub(super) unused_vertices: u32,
+    pub(super) counts: Counts,
     pub(super) sections: Vec<SectionEntry>,
 }
 
+/// Numbers of groups and vertices of a primitive.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct Counts {
+    pub(super) groups: u32,
+    pub(super) vertices: u32,
+    pub(super) source_vertices: u32,
+    /// Number of moved vertices with a source vertex. The last section holds them.
+    pub(super) origins: u32,
+    /// Number of vertices that no unit uses. The last section holds them.
+    pub(super) unused_vertices: u32,
+}
+
 /// Length and checksum of a section.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(super) struct SectionEntry {
     pub(super) length: u64,
     pub(super) checksum: u64,
@@ -51,15 +60,6 @@ impl SectionEntry {
             length: section.len() as u64,
             checksum: xxh3_64(section),
         }
-    }
-
-    fn write(self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&self.length.to_le_bytes());
-        bytes.extend_from_slice(&self.checksum.to_le_bytes());
-    }
-
-    fn of_fields([length, checksum]: [u64; 2]) -> Self {
-        Self { length, checksum }
     }
 
     pub(super) fn check(self, section: &[u8]) -> Result<(), FileError> {
@@ -100,18 +100,9 @@ impl Entry {
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
         }
         // Counts and sections.
-        let counts = [
-            self.group_count,
-            self.vertex_count,
-            self.source_vertex_count,
-            self.origin_count,
-            self.unused_vertices,
-        ];
-        bytes.extend(counts.iter().flat_map(|count| count.to_le_bytes()));
+        bytes.extend_from_slice(bytemuck::bytes_of(&self.counts));
         bytes.extend_from_slice(&(self.sections.len() as u32).to_le_bytes());
-        for section in &self.sections {
-            section.write(bytes);
-        }
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.sections));
     }
 
     pub(super) fn read(reader: &mut Reader<'_>, primitive: usize) -> Result<Self, FileError> {
@@ -154,11 +145,7 @@ impl Entry {
             carrier_joint,
             grids,
             position_error_in_local,
-            group_count: reader.value(WHAT)?,
-            vertex_count: reader.value(WHAT)?,
-            source_vertex_count: reader.value(WHAT)?,
-            origin_count: reader.value(WHAT)?,
-            unused_vertices: reader.value(WHAT)?,
+            counts: reader.value(WHAT)?,
             sections: read_sections(reader)?,
         };
         if entry.grids.are_usable() && position_error_in_local >= 0.0 {
@@ -179,8 +166,7 @@ fn read_flag(reader: &mut Reader<'_>) -> Result<bool, FileError> {
 
 fn read_sections(reader: &mut Reader<'_>) -> Result<Vec<SectionEntry>, FileError> {
     let count: u32 = reader.value(WHAT)?;
-    let fields = reader.array::<[u64; 2]>(count as usize, WHAT)?;
-    Ok(fields.map(SectionEntry::of_fields).collect())
+    Ok(reader.array(count as usize, WHAT)?.collect())
 }
 
 /// Encodes header and directory.

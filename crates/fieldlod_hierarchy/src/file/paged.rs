@@ -19,7 +19,7 @@ use super::contents::BakedFile;
 use super::decode::Decoder;
 use super::error::FileError;
 use super::in_file_order;
-use super::layout::{self, Entry};
+use super::layout::{self, Counts, Entry};
 use super::reader::Reader;
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
@@ -201,10 +201,13 @@ impl PagedMesh {
         } = &self.pages[page];
         Entry {
             name: String::new(),
-            group_count: groups.end - groups.start,
-            vertex_count: *vertex_count,
-            source_vertex_count: *vertex_count,
-            origin_count: 0,
+            counts: Counts {
+                groups: groups.end - groups.start,
+                vertices: *vertex_count,
+                source_vertices: *vertex_count,
+                origins: 0,
+                unused_vertices: 0,
+            },
             sections: vec![self.entry.sections[page]],
             ..self.entry.clone()
         }

@@ -18,7 +18,7 @@
 use super::pose::{PosedCamera, compound_field};
 use super::scalar::{Mat3, Real, Vec3};
 
-/// One of the cameras of (21): its position, focal length and the depth of the plane.
+/// A camera of (21): its position, its focal length and the depth of the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParallelCamera {
     /// Centre of projection `o`, in the world.
@@ -29,20 +29,10 @@ pub struct ParallelCamera {
     pub depth: Real,
 }
 
-/// The camera whose field equals the compound field on the plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EquivalentCamera {
-    /// The convergent point (21).
-    pub origin: Vec3,
-    /// The focal length in pixels (App. v).
-    pub focal_px: Real,
-    /// Depth of the plane from the convergent point.
-    pub depth: Real,
-}
-
 /// The camera that samples a plane with the same density and directions as several parallel
-/// cameras together (21, App. v). The plane is perpendicular to their axes. `None` without cameras.
-pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<EquivalentCamera> {
+/// cameras together (App. v). The plane is perpendicular to their axes, and the position is the
+/// convergent point (21). `None` without cameras.
+pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<ParallelCamera> {
     let mut weight = 0.0;
     let mut density = 0.0;
     let mut weighted_origin = Vec3::ZERO;
@@ -55,7 +45,7 @@ pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<EquivalentCamera>
     }
     // One camera at the weighted mean has both sums at this depth (App. v).
     let depth = density / weight;
-    (weight > 0.0).then(|| EquivalentCamera {
+    (weight > 0.0).then(|| ParallelCamera {
         origin: weighted_origin / weight,
         focal_px: density.sqrt() * depth,
         depth,

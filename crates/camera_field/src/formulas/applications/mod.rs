@@ -3,15 +3,13 @@
 use super::{bounds, intrinsics, pose, scalar};
 
 mod ldi;
-mod level_surface;
 mod lod;
 mod splat;
 mod statistics;
 mod texture;
 
-pub use ldi::{EquivalentCamera, FieldLine, ParallelCamera, convergent_point, equivalent_camera};
-pub use level_surface::LevelSurfaceMesh;
-pub use lod::{LodCriteria, coarsest_level};
+pub use ldi::{FieldLine, ParallelCamera, convergent_point, equivalent_camera};
+pub use lod::coarsest_level;
 pub use splat::{SplatKernel, Surfel, splat_area_px2};
 pub use statistics::{SurfaceSamples, best_placement};
 pub use texture::{FilterKernel, filter_dimension, mip_level};

@@ -10,7 +10,7 @@ use crate::file::sections::coded::{Coded, MAX_PER_BYTE};
 use crate::file::sections::numbers::{self, Kind};
 use crate::file::sections::section_reader;
 use crate::file::sections::section_writer;
-use crate::hierarchy::{Group, Hierarchy, Unit};
+use crate::hierarchy::Hierarchy;
 
 pub(super) const MAGIC: [u8; 8] = *b"FLDPAG\r\n";
 const WHAT: &str = "the table of contents";
@@ -30,7 +30,10 @@ pub(super) fn write(meshes: &[PagedMesh]) -> Vec<u8> {
 /// Encodes the graph and the pages of a mesh. The directory entry precedes these bytes.
 fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let coded = coded_graph(&mesh.graph);
+    let mut coded = Coded::default();
+    for group in 0..mesh.graph.groups.len() as u32 {
+        coded.push_group(&mesh.graph, group);
+    }
     let nothing = Coded::default().ends();
     section_writer::write_graph(&mut bytes, &coded, nothing);
     let of_pages = |number: fn(&Page) -> u32| mesh.pages.iter().map(number).collect();
@@ -48,28 +51,6 @@ fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
     let least = claimed.div_ceil(MAX_PER_BYTE as usize);
     bytes.resize(bytes.len().max(least), 0);
     bytes
-}
-
-/// Converts a graph to its coded form, in the order of the hierarchy.
-fn coded_graph(graph: &Hierarchy) -> Coded {
-    let mut coded = Coded::default();
-    for (index, group) in (0..).zip(&graph.groups) {
-        coded.group_indices.push(index);
-        coded.finer.extend(graph.finer_groups(group));
-        coded.groups.push(Group {
-            first_finer: 0,
-            first_unit: 0,
-            ..*group
-        });
-        coded
-            .units
-            .extend(graph.units[group.units()].iter().map(|unit| Unit {
-                consumed_by: 0,
-                produced_by: unit.producer().map_or(0, |producer| index - producer),
-                ..*unit
-            }));
-    }
-    coded
 }
 
 /// Reads the header. The reader continues behind it.
@@ -128,10 +109,15 @@ fn read_graph(
     let in_order = (0..)
         .zip(&coded.group_indices)
         .all(|(place, &index)| place == index);
-    if !in_order || coded.groups.len() != entry.group_count as usize {
+    if !in_order || coded.groups.len() != entry.counts.groups as usize {
         return Err(FileError::Corrupt { what: "the groups" });
     }
-    let mut graph = Hierarchy {
+    coded.restore_starts();
+    // A graph has no geometry.
+    for unit in &mut coded.units {
+        (unit.first_vertex, unit.first_triangle) = (0, 0);
+    }
+    let graph = Hierarchy {
         source: entry.source,
         carrier_joint: entry.carrier_joint,
         units: coded.units,
@@ -139,13 +125,6 @@ fn read_graph(
         groups: coded.groups,
         ..Hierarchy::default()
     };
-    let (mut first_finer, mut first_unit) = (0, 0);
-    for group in &mut graph.groups {
-        (group.first_finer, group.first_unit) = (first_finer, first_unit);
-        // This cannot overflow, because that many elements were read.
-        first_finer += group.finer_count;
-        first_unit += group.unit_count;
-    }
     let checked = graph.validate_graph();
     checked.map_err(|fault| FileError::Invalid {
         primitive: number,

@@ -1,7 +1,7 @@
 //! Border edges of the coded triangles of a unit.
 
 /// Edges that only one of the coded triangles uses.
-pub(in crate::file) struct Border {
+pub(crate) struct Border {
     /// For each vertex, the end of the border edge that starts there.
     after: Vec<u16>,
     /// For each vertex, the start of the border edge that ends there.
@@ -9,7 +9,7 @@ pub(in crate::file) struct Border {
 }
 
 impl Border {
-    pub(in crate::file) fn new(vertices: usize) -> Self {
+    pub(crate) fn new(vertices: usize) -> Self {
         Self {
             after: vec![u16::MAX; vertices],
             before: vec![u16::MAX; vertices],
@@ -18,13 +18,13 @@ impl Border {
 
     /// The vertices that close a triangle of the edge from `x` to `y` and a second border edge.
     #[inline(always)]
-    pub(in crate::file) fn beside(&self, x: u16, y: u16) -> [u16; 2] {
+    pub(crate) fn beside(&self, x: u16, y: u16) -> [u16; 2] {
         [self.after[usize::from(y)], self.before[usize::from(x)]]
     }
 
     /// Adds the edge of a triangle, or removes the border edge that it closes.
     #[inline(always)]
-    pub(in crate::file) fn add(&mut self, from: u16, to: u16) {
+    pub(crate) fn add(&mut self, from: u16, to: u16) {
         let (begin, end) = (usize::from(from), usize::from(to));
         if self.after[begin] == to {
             (self.after[begin], self.before[end]) = (u16::MAX, u16::MAX);

@@ -1,49 +1,45 @@
 //! A hierarchy in coding order: coarsest level first, vertices in the order of their first use.
 
 use crate::file::vertices::rows::{Prediction, Rows};
-use crate::hierarchy::{Group, Unit};
+use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot
 /// allocate much memory.
-pub(in crate::file) const MAX_PER_BYTE: u64 = 64;
+pub(crate) const MAX_PER_BYTE: u64 = 64;
 /// Memory of a group and its index.
-pub(in crate::file) const GROUP_BYTES: usize = size_of::<Group>() + 4;
+pub(crate) const GROUP_BYTES: usize = size_of::<Group>() + 4;
 /// Memory of a triangle: three indices and the symbol of an edge.
-pub(in crate::file) const TRIANGLE_BYTES: usize = 3 * 2 + 4;
+pub(crate) const TRIANGLE_BYTES: usize = 3 * 2 + 4;
 
 /// The arrays of a hierarchy in coding order. Ranges are consecutive, so their starts are not stored.
 #[derive(Debug, Default)]
-pub(in crate::file) struct Coded {
+pub(crate) struct Coded {
     /// The index of each group in the hierarchy.
-    pub(in crate::file) group_indices: Vec<u32>,
-    pub(in crate::file) groups: Vec<Group>,
-    pub(in crate::file) finer: Vec<u32>,
-    pub(in crate::file) units: Vec<Unit>,
+    pub(crate) group_indices: Vec<u32>,
+    pub(crate) groups: Vec<Group>,
+    pub(crate) finer: Vec<u32>,
+    pub(crate) units: Vec<Unit>,
     /// Vertices as indices in coding order.
-    pub(in crate::file) unit_vertices: Vec<u32>,
-    pub(in crate::file) indices: Vec<u16>,
+    pub(crate) unit_vertices: Vec<u32>,
+    pub(crate) indices: Vec<u16>,
     /// Number of source vertices, which come first in the hierarchy.
-    pub(in crate::file) source_vertex_count: u32,
+    pub(crate) source_vertex_count: u32,
     /// Omits the attributes of source vertices. Predictions from these vertices use their predicted
     /// attributes.
-    pub(in crate::file) beside_source: bool,
+    pub(crate) beside_source: bool,
     /// The hierarchy is a page: its vertices are in coding order, so their indices are not stored.
-    pub(in crate::file) is_page: bool,
+    pub(crate) is_page: bool,
     /// The index of each vertex in the hierarchy.
-    pub(in crate::file) vertex_indices: Vec<u32>,
+    pub(crate) vertex_indices: Vec<u32>,
     /// The source vertex of each moved vertex, in the order of the hierarchy.
-    pub(in crate::file) moved_from: Vec<u32>,
+    pub(crate) moved_from: Vec<u32>,
     /// Rows of the vertices in coding order, after one row of zeros.
-    pub(in crate::file) rows: Rows,
+    pub(crate) rows: Rows,
 }
 
 impl Coded {
     /// Creates an empty hierarchy whose vertices have rows of `columns` numbers.
-    pub(in crate::file) fn new(
-        columns: usize,
-        source_vertex_count: u32,
-        beside_source: bool,
-    ) -> Self {
+    pub(crate) fn new(columns: usize, source_vertex_count: u32, beside_source: bool) -> Self {
         Self {
             source_vertex_count,
             beside_source,
@@ -52,17 +48,51 @@ impl Coded {
         }
     }
 
+    /// Adds a group with its units and links, but without their geometry.
+    pub(crate) fn push_group(&mut self, hierarchy: &Hierarchy, index: u32) {
+        let group = &hierarchy.groups[index as usize];
+        self.group_indices.push(index);
+        self.groups.push(Group {
+            first_finer: 0,
+            first_unit: 0,
+            ..*group
+        });
+        self.finer.extend(hierarchy.finer_groups(group));
+        let units = hierarchy.units[group.units()].iter();
+        self.units.extend(units.map(|unit| Unit {
+            consumed_by: 0,
+            produced_by: unit.producer().map_or(0, |producer| index - producer),
+            first_vertex: 0,
+            first_triangle: 0,
+            ..*unit
+        }));
+    }
+
+    /// Restores the starts of the ranges of groups and units.
+    pub(crate) fn restore_starts(&mut self) {
+        // Sums cannot overflow, because that many elements were read. Wrapping keeps a malformed file from panicking.
+        let (mut first_finer, mut first_unit) = (0u32, 0u32);
+        for group in &mut self.groups {
+            (group.first_finer, group.first_unit) = (first_finer, first_unit);
+            first_finer = first_finer.wrapping_add(group.finer_count);
+            first_unit = first_unit.wrapping_add(group.unit_count);
+        }
+        let (mut first_vertex, mut first_triangle) = (0u32, 0u32);
+        for unit in &mut self.units {
+            (unit.first_vertex, unit.first_triangle) = (first_vertex, first_triangle);
+            first_vertex = first_vertex.wrapping_add(unit.vertex_count);
+            first_triangle = first_triangle.wrapping_add(unit.triangle_count);
+        }
+    }
+
     /// Groups and their indices in the hierarchy, starting with the group `first`.
-    pub(in crate::file) fn groups_since(
-        &self,
-        first: usize,
-    ) -> impl Iterator<Item = (&Group, u32)> {
+    pub(crate) fn groups_since(&self, first: usize) -> impl Iterator<Item = (&Group, u32)> {
         let groups = self.groups[first..].iter();
         groups.zip(self.group_indices[first..].iter().copied())
     }
 
     /// For each target of `predictions`, whether its attributes are stored.
-    pub(in crate::file) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
+    pub(crate) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
         let indices = predictions
             .iter()
             .map(|p| self.vertex_indices[p.target as usize - 1]);
@@ -71,7 +101,7 @@ impl Coded {
     }
 
     /// Current lengths of the arrays.
-    pub(in crate::file) fn ends(&self) -> Ends {
+    pub(crate) fn ends(&self) -> Ends {
         Ends {
             groups: self.groups.len(),
             finer: self.finer.len(),
@@ -86,12 +116,12 @@ impl Coded {
 
 /// Lengths of the arrays of a [`Coded`] at the start of a section.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::file) struct Ends {
-    pub(in crate::file) groups: usize,
-    pub(in crate::file) finer: usize,
-    pub(in crate::file) units: usize,
-    pub(in crate::file) unit_vertices: usize,
-    pub(in crate::file) indices: usize,
-    pub(in crate::file) vertices: usize,
-    pub(in crate::file) moved_from: usize,
+pub(crate) struct Ends {
+    pub(crate) groups: usize,
+    pub(crate) finer: usize,
+    pub(crate) units: usize,
+    pub(crate) unit_vertices: usize,
+    pub(crate) indices: usize,
+    pub(crate) vertices: usize,
+    pub(crate) moved_from: usize,
 }

@@ -17,7 +17,7 @@ const PCO: u8 = 8;
 
 /// The expected correlation of a sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::file) enum Kind {
+pub(crate) enum Kind {
     /// Neighbours may be similar.
     Plain,
     /// Residuals of a prediction, or symbols. Neighbours are not correlated.
@@ -25,7 +25,7 @@ pub(in crate::file) enum Kind {
 }
 
 /// Appends `numbers` in the shortest coding.
-pub(in crate::file) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
         bytes.push(EQUAL);
@@ -63,7 +63,7 @@ fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
 }
 
 /// Reads `count` numbers that [`write`] wrote.
-pub(in crate::file) fn read(
+pub(crate) fn read(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -74,7 +74,7 @@ pub(in crate::file) fn read(
 }
 
 /// Like [`read`], but replaces the contents of `numbers` and reuses its memory.
-pub(in crate::file) fn read_into(
+pub(crate) fn read_into(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,
@@ -106,11 +106,11 @@ fn decompress(packed: &[u8], numbers: &mut [u32]) -> Option<()> {
 }
 
 /// Maps signed differences near 0 to small numbers.
-pub(in crate::file) fn zigzag(difference: u32) -> u32 {
+pub(crate) fn zigzag(difference: u32) -> u32 {
     difference << 1 ^ ((difference as i32) >> 31) as u32
 }
 
 /// Undoes [`zigzag`].
-pub(in crate::file) fn unzigzag(number: u32) -> u32 {
+pub(crate) fn unzigzag(number: u32) -> u32 {
     number >> 1 ^ (number & 1).wrapping_neg()
 }

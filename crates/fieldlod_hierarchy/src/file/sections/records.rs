@@ -6,7 +6,7 @@ use crate::file::error::FileError;
 use crate::file::reader::Reader;
 use crate::file::sections::numbers::{self, Kind};
 
-pub(in crate::file) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
+pub(crate) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
     let fields = const { fields_of::<T>() };
     let words: &[u32] = bytemuck::cast_slice(records);
     for field in 0..fields {
@@ -15,7 +15,7 @@ pub(in crate::file) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
     }
 }
 
-pub(in crate::file) fn read<T: Pod>(
+pub(crate) fn read<T: Pod>(
     reader: &mut Reader<'_>,
     count: usize,
     what: &'static str,

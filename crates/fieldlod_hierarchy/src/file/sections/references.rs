@@ -3,20 +3,20 @@
 use crate::file::sections::numbers::{unzigzag, zigzag};
 
 /// Converts vertices in coding order to numbers, and back.
-pub(in crate::file) struct References {
+pub(crate) struct References {
     /// The next new vertex.
-    pub(in crate::file) next: u32,
+    pub(crate) next: u32,
     /// The last vertex that was coded by its difference.
     last: u32,
 }
 
 impl References {
-    pub(in crate::file) fn new(vertices: usize) -> Self {
+    pub(crate) fn new(vertices: usize) -> Self {
         let next = vertices as u32;
         Self { next, last: next }
     }
 
-    pub(in crate::file) fn number(&mut self, vertex: u32) -> u32 {
+    pub(crate) fn number(&mut self, vertex: u32) -> u32 {
         if vertex == self.next {
             self.next += 1;
             return 0;
@@ -27,7 +27,7 @@ impl References {
     }
 
     /// Returns `None` if the vertex is not coded yet.
-    pub(in crate::file) fn vertex(&mut self, number: u32) -> Option<u32> {
+    pub(crate) fn vertex(&mut self, number: u32) -> Option<u32> {
         if number == 0 {
             self.next = self.next.checked_add(1)?;
             return Some(self.next - 1);

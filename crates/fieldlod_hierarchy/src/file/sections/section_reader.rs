@@ -18,7 +18,7 @@ use crate::hierarchy::{Group, NO_GROUP, Unit};
 
 /// Reads a section and appends it to `coded`. The section ends with `unused_vertices` vertices that no
 /// unit uses, and with the source vertices of `origins` moved vertices.
-pub(in crate::file) fn read(
+pub(crate) fn read(
     bytes: &[u8],
     coded: &mut Coded,
     predictors: &[Predict],
@@ -79,10 +79,7 @@ struct UnitCounts {
 }
 
 /// Reads a graph without geometry and appends it to `coded`.
-pub(in crate::file) fn read_graph(
-    reader: &mut Reader<'_>,
-    coded: &mut Coded,
-) -> Result<(), FileError> {
+pub(crate) fn read_graph(reader: &mut Reader<'_>, coded: &mut Coded) -> Result<(), FileError> {
     let mut section = SectionReader {
         from: coded.ends(),
         budget: Budget::of(reader.rest),

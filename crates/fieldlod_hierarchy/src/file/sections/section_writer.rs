@@ -29,7 +29,7 @@ use crate::hierarchy::Unit;
 
 /// Encodes the part of `coded` that was added after `from`. No unit uses its last `unused_vertices`
 /// vertices.
-pub(in crate::file) fn write(
+pub(crate) fn write(
     coded: &mut Coded,
     from: Ends,
     predictors: &[Predict],
@@ -72,7 +72,7 @@ pub(in crate::file) fn write(
 }
 
 /// Writes groups, units and their links.
-pub(in crate::file) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
+pub(crate) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     let groups = &coded.groups[from.groups..];
     bytes.extend_from_slice(&(groups.len() as u32).to_le_bytes());
     write_indices(bytes, &coded.group_indices[from.groups..]);
@@ -82,7 +82,7 @@ pub(in crate::file) fn write_graph(bytes: &mut Vec<u8>, coded: &Coded, from: End
 }
 
 /// Memory that a reader claims for the graph.
-pub(in crate::file) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
+pub(crate) fn claimed_by_graph(coded: &Coded, from: Ends) -> usize {
     let to = coded.ends();
     (to.groups - from.groups) * GROUP_BYTES
         + (to.finer - from.finer) * 4

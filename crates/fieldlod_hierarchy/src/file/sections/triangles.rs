@@ -30,22 +30,22 @@ const WHAT: &str = "the triangles";
 
 /// The symbols of the triangles of a section.
 #[derive(Debug, Default)]
-pub(in crate::file) struct Symbols {
+pub(crate) struct Symbols {
     /// For each triangle: age of the edge × 3 + number of corners between the lowest vertex and the
     /// first corner.
-    pub(in crate::file) edges: Vec<u32>,
+    pub(crate) edges: Vec<u32>,
     /// A symbol for each vertex that is not on a shared edge.
-    pub(in crate::file) vertices: Vec<u32>,
+    pub(crate) vertices: Vec<u32>,
     /// Distances of the vertices with the symbol [`FAR`].
-    pub(in crate::file) distances: Vec<u32>,
+    pub(crate) distances: Vec<u32>,
 }
 
 /// A coded triangle. Its corners are rotated so that the shared edge comes first.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::file) struct Step {
-    pub(in crate::file) corners: [u16; 3],
+pub(crate) struct Step {
+    pub(crate) corners: [u16; 3],
     /// The third corner of the triangle on the other side of the shared edge.
-    pub(in crate::file) opposite: Option<u16>,
+    pub(crate) opposite: Option<u16>,
 }
 
 struct History {
@@ -138,7 +138,7 @@ impl History {
 
 impl Symbols {
     /// Appends the symbols of the triangles of a unit.
-    pub(in crate::file) fn write_unit(
+    pub(crate) fn write_unit(
         &mut self,
         indices: &[u16],
         vertex_count: u32,
@@ -205,15 +205,15 @@ const ROTATED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1
 
 /// Decodes symbols to triangles.
 #[derive(Debug)]
-pub(in crate::file) struct SymbolReader<'a> {
-    pub(in crate::file) edges: std::slice::Iter<'a, u32>,
-    pub(in crate::file) vertices: std::slice::Iter<'a, u32>,
-    pub(in crate::file) distances: std::slice::Iter<'a, u32>,
+pub(crate) struct SymbolReader<'a> {
+    pub(crate) edges: std::slice::Iter<'a, u32>,
+    pub(crate) vertices: std::slice::Iter<'a, u32>,
+    pub(crate) distances: std::slice::Iter<'a, u32>,
 }
 
 impl SymbolReader<'_> {
     /// Appends the indices of the `triangle_count` triangles of a unit, all below `vertex_count`.
-    pub(in crate::file) fn read_unit(
+    pub(crate) fn read_unit(
         &mut self,
         triangle_count: u32,
         vertex_count: u32,

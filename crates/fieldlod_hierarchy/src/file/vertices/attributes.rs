@@ -12,8 +12,8 @@ use crate::vertices::Vertices;
 
 /// The set of attributes besides positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::file) struct Attributes {
-    pub(in crate::file) bits: u8,
+pub(crate) struct Attributes {
+    pub(crate) bits: u8,
 }
 
 const NORMALS: u8 = 1;
@@ -23,7 +23,7 @@ const UVS_1: u8 = 8;
 const COLORS: u8 = 16;
 
 impl Attributes {
-    pub(in crate::file) fn of(vertices: &Vertices) -> Self {
+    pub(crate) fn of(vertices: &Vertices) -> Self {
         let bit = |bit: u8, is_present: bool| if is_present { bit } else { 0 };
         Self {
             bits: bit(NORMALS, !vertices.normals.is_empty())
@@ -35,7 +35,7 @@ impl Attributes {
     }
 
     /// Returns `None` if unknown bits are set.
-    pub(in crate::file) fn from_bits(bits: u8) -> Option<Self> {
+    pub(crate) fn from_bits(bits: u8) -> Option<Self> {
         (bits < COLORS * 2).then_some(Self { bits })
     }
 
@@ -44,7 +44,7 @@ impl Attributes {
     }
 
     /// The predictor of each column.
-    pub(in crate::file) fn predictors(self, quantized: bool) -> Vec<Predict> {
+    pub(crate) fn predictors(self, quantized: bool) -> Vec<Predict> {
         let (line, mean) = if quantized {
             (Predict::IntParallelogram, Predict::IntMean)
         } else {
@@ -73,7 +73,7 @@ impl Attributes {
 }
 
 /// Converts each vertex to a row.
-pub(in crate::file) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
+pub(crate) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
     let width = Attributes::of(vertices).predictors(grids.is_some()).len();
     let mut rows = Rows::zeros(width, 0);
     let mut row = Vec::with_capacity(width);
@@ -133,7 +133,7 @@ fn push_direction(row: &mut Vec<u32>, direction: Option<Vec3>, is_quantized: boo
 }
 
 /// Inverse of [`to_rows`]. Vertex `i` has the row `indices[i]`.
-pub(in crate::file) fn from_rows(
+pub(crate) fn from_rows(
     rows: &Rows,
     attributes: Attributes,
     grids: Option<&Grids>,
@@ -222,7 +222,7 @@ impl<'a> Columns<'a> {
 
 /// Predicts the normals of the targets of `predictions` from the triangles that were added after
 /// `from`. `rows` holds the positions.
-pub(in crate::file) fn predicted_normals(
+pub(crate) fn predicted_normals(
     coded: &Coded,
     from: Ends,
     rows: &Rows,

@@ -13,7 +13,7 @@ const STEPS: u32 = (1 << BITS) - 2;
 const NONE: u32 = (1 << BITS) - 1;
 
 /// The code of the direction of `vector`.
-pub(in crate::file) fn numbers(vector: Vec3) -> [u32; 2] {
+pub(crate) fn numbers(vector: Vec3) -> [u32; 2] {
     let length = vector.abs().element_sum();
     if length.is_nan() || length <= 0.0 || length.is_infinite() {
         return [NONE; 2];
@@ -29,7 +29,7 @@ pub(in crate::file) fn numbers(vector: Vec3) -> [u32; 2] {
 }
 
 /// Inverse of [`numbers`]: a unit vector, or zero.
-pub(in crate::file) fn direction(numbers: [u32; 2]) -> Vec3 {
+pub(crate) fn direction(numbers: [u32; 2]) -> Vec3 {
     if numbers == [NONE; 2] {
         return Vec3::ZERO;
     }

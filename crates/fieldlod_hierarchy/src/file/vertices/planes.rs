@@ -24,13 +24,13 @@ fn column_sets(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict
 }
 
 /// The vertices of a section and their predictions.
-pub(in crate::file) struct Targets<'a> {
-    pub(in crate::file) predictors: &'a [Predict],
-    pub(in crate::file) predictions: &'a [Prediction],
+pub(crate) struct Targets<'a> {
+    pub(crate) predictors: &'a [Predict],
+    pub(crate) predictions: &'a [Prediction],
     /// For each prediction, whether the target is stored.
-    pub(in crate::file) are_stored: &'a [bool],
+    pub(crate) are_stored: &'a [bool],
     /// Computes the predicted normal of each target. The rows must have positions.
-    pub(in crate::file) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
+    pub(crate) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
 }
 
 impl Targets<'_> {
@@ -44,7 +44,7 @@ impl Targets<'_> {
 
 /// Writes the stored targets. The rows of other targets are replaced by their predictions, which the
 /// reader uses in their place.
-pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
+pub(crate) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
     let predictions = targets.predictions;
     for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
@@ -73,7 +73,7 @@ pub(in crate::file) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Tar
 }
 
 /// Reads the targets into existing rows. Targets that are not stored get their predictions.
-pub(in crate::file) fn read(
+pub(crate) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
     targets: &Targets<'_>,
@@ -135,41 +135,27 @@ impl Filler<'_> {
         use Predict::{FloatDirection, FloatMean, FloatParallelogram, IntMean, IntParallelogram};
         // Equal lengths let the compiler remove bounds checks.
         let residuals = residuals.map(|residuals| &residuals[..self.predictions.len()]);
-        // One loop per predictor keeps the choice out of the loops.
+        // A literal predictor in each arm keeps the choice out of the loops.
         match self.predict {
-            FloatParallelogram => self.fill_with(rows, residuals, |numbers, residuals| {
-                restored(FloatParallelogram, numbers, residuals)
-            }),
-            FloatMean => self.fill_with(rows, residuals, |numbers, residuals| {
-                restored(FloatMean, numbers, residuals)
-            }),
-            FloatDirection => self.fill_with(rows, residuals, |numbers, residuals| {
-                restored(FloatDirection, numbers, residuals)
-            }),
-            IntParallelogram => self.fill_with(rows, residuals, |numbers, residuals| {
-                restored(IntParallelogram, numbers, residuals)
-            }),
-            IntMean => self.fill_with(rows, residuals, |numbers, residuals| {
-                restored(IntMean, numbers, residuals)
-            }),
+            FloatParallelogram => self.fill_with(rows, residuals, FloatParallelogram),
+            FloatMean => self.fill_with(rows, residuals, FloatMean),
+            FloatDirection => self.fill_with(rows, residuals, FloatDirection),
+            IntParallelogram => self.fill_with(rows, residuals, IntParallelogram),
+            IntMean => self.fill_with(rows, residuals, IntMean),
             Predict::FloatNormal => self.fill_normals(rows, residuals, FloatDirection),
             Predict::IntNormal => self.fill_normals(rows, residuals, IntMean),
         }
     }
 
     #[inline(always)]
-    fn fill_with<const N: usize>(
-        &self,
-        rows: &mut Rows,
-        residuals: [&[u32]; N],
-        restored: impl Fn([[u32; N]; 3], [u32; N]) -> [u32; N],
-    ) {
+    fn fill_with<const N: usize>(&self, rows: &mut Rows, residuals: [&[u32]; N], predict: Predict) {
         for (index, p) in self.predictions.iter().enumerate() {
             // Array `map` is not always inlined.
             let (a, b) = (rows.some(p.a, self.first), rows.some(p.b, self.first));
             let numbers = [a, b, rows.some(p.d, self.first)];
             let residuals = std::array::from_fn(|k| residuals[k][index]);
-            rows.set::<N>(p.target, self.first, restored(numbers, residuals));
+            let restored = restored(predict, numbers, residuals);
+            rows.set::<N>(p.target, self.first, restored);
         }
     }
 

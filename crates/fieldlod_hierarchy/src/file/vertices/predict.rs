@@ -5,7 +5,7 @@ use crate::file::sections::numbers::{unzigzag, zigzag};
 /// Predictor of a number from those of neighbours: `a` and `b` share an edge, and `d` is opposite to
 /// it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::file) enum Predict {
+pub(crate) enum Predict {
     /// Floating-point, a + b - d: positions and texture coordinates.
     FloatParallelogram,
     /// Floating-point, (a + b) / 2: colours.
@@ -24,7 +24,7 @@ pub(in crate::file) enum Predict {
 }
 
 /// Differences of `target` to its prediction from `a`, `b` and `d`.
-pub(in crate::file) fn residuals_of<const N: usize>(
+pub(crate) fn residuals_of<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
     target: [u32; N],
@@ -44,7 +44,7 @@ pub(in crate::file) fn residuals_of<const N: usize>(
 
 /// Inverse of [`residuals_of`].
 #[inline(always)]
-pub(in crate::file) fn restored<const N: usize>(
+pub(crate) fn restored<const N: usize>(
     predict: Predict,
     [a, b, d]: [[u32; N]; 3],
     residuals: [u32; N],

@@ -4,7 +4,7 @@ use crate::file::sections::triangles::Step;
 use crate::file::vertices::rows::Prediction;
 
 /// Chooses the vertices from which each new vertex is predicted.
-pub(in crate::file) struct Predictor {
+pub(crate) struct Predictor {
     /// The first `count` entries are valid. There is one more entry than new vertices, which `add` may
     /// overwrite.
     predictions: Vec<Prediction>,
@@ -15,7 +15,7 @@ pub(in crate::file) struct Predictor {
 
 impl Predictor {
     /// Creates a predictor for `count` new vertices after `first` known vertices.
-    pub(in crate::file) fn new(first: usize, count: usize) -> Self {
+    pub(crate) fn new(first: usize, count: usize) -> Self {
         let mut known = vec![true; first];
         known.resize(first + count, false);
         Self {
@@ -38,7 +38,7 @@ impl Predictor {
     }
 
     /// Predicts the new vertices of a triangle. `vertices` is the list of its unit.
-    pub(in crate::file) fn add_triangle(&mut self, step: Step, vertices: &[u32]) {
+    pub(crate) fn add_triangle(&mut self, step: Step, vertices: &[u32]) {
         let [a, b, c] = step.corners;
         let vertex = |corner: u16| vertices[usize::from(corner)];
         if let Some(opposite) = step.opposite {
@@ -66,7 +66,7 @@ impl Predictor {
     }
 
     /// Predicts the vertices of a unit that none of its triangles use.
-    pub(in crate::file) fn finish_unit(&mut self, vertices: &[u32]) {
+    pub(crate) fn finish_unit(&mut self, vertices: &[u32]) {
         for &vertex in vertices {
             if !self.is_known(vertex) {
                 self.add(Prediction::like(vertex + 1, self.latest()));
@@ -75,7 +75,7 @@ impl Predictor {
     }
 
     /// Predicts the last `unused` vertices, which no unit uses, and returns all predictions.
-    pub(in crate::file) fn finish(mut self, unused: usize) -> Vec<Prediction> {
+    pub(crate) fn finish(mut self, unused: usize) -> Vec<Prediction> {
         let end = self.known.len();
         for vertex in end - unused..end {
             self.add(Prediction::like(vertex as u32 + 1, self.latest()));

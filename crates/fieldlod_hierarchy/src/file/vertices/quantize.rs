@@ -20,7 +20,7 @@ pub enum Precision {
 /// 65536 equally spaced values, starting at `min`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(in crate::file) struct Grid {
+pub(crate) struct Grid {
     min: f64,
     step: f64,
 }
@@ -41,12 +41,12 @@ impl Grid {
     }
 
     /// Returns `true` if all values are finite.
-    pub(in crate::file) fn is_usable(self) -> bool {
+    pub(crate) fn is_usable(self) -> bool {
         let end = self.min + self.step * f64::from(Self::LAST);
         self.step >= 0.0 && (self.min as f32).is_finite() && (end as f32).is_finite()
     }
 
-    pub(in crate::file) fn number(self, value: f32) -> u32 {
+    pub(crate) fn number(self, value: f32) -> u32 {
         if self.step > 0.0 {
             let steps = (f64::from(value) - self.min) / self.step;
             (steps.round() as u32).min(Self::LAST)
@@ -55,7 +55,7 @@ impl Grid {
         }
     }
 
-    pub(in crate::file) fn value(self, number: u32) -> f32 {
+    pub(crate) fn value(self, number: u32) -> f32 {
         (self.min + self.step * f64::from(number.min(Self::LAST))) as f32
     }
 }
@@ -63,16 +63,16 @@ impl Grid {
 /// The grids of all attributes except directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub(in crate::file) struct Grids {
-    pub(in crate::file) position: [Grid; 3],
-    pub(in crate::file) uv: [Grid; 2],
-    pub(in crate::file) uv_1: [Grid; 2],
-    pub(in crate::file) color: [Grid; 4],
+pub(crate) struct Grids {
+    pub(crate) position: [Grid; 3],
+    pub(crate) uv: [Grid; 2],
+    pub(crate) uv_1: [Grid; 2],
+    pub(crate) color: [Grid; 4],
 }
 
 impl Grids {
     /// Grids over the extent of `vertices`.
-    pub(in crate::file) fn around(vertices: &Vertices) -> Self {
+    pub(crate) fn around(vertices: &Vertices) -> Self {
         let Vertices {
             positions,
             uvs,
@@ -88,7 +88,7 @@ impl Grids {
         }
     }
 
-    pub(in crate::file) fn are_usable(&self) -> bool {
+    pub(crate) fn are_usable(&self) -> bool {
         let grids: &[Grid] = bytemuck::cast_slice(std::slice::from_ref(self));
         grids.iter().all(|grid| grid.is_usable())
     }
@@ -96,10 +96,7 @@ impl Grids {
 
 /// Replaces the vertices of a hierarchy and grows its bounds. Also returns the largest distance that a
 /// position moves, in local units.
-pub(in crate::file) fn with_vertices(
-    hierarchy: &Hierarchy,
-    vertices: Vertices,
-) -> (Hierarchy, f32) {
+pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
     let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();

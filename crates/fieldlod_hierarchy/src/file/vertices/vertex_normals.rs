@@ -11,7 +11,7 @@ use crate::file::sections::coded::{Coded, Ends};
 
 /// The normals of the vertices that were added to `coded` after `from`, from the triangles that were
 /// added after `from`. Zero without triangles. `position` takes indices in coding order.
-pub(in crate::file) fn vertex_normals(
+pub(crate) fn vertex_normals(
     coded: &Coded,
     from: Ends,
     position: impl Fn(u32) -> Vec3,

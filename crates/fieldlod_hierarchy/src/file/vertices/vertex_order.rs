@@ -70,7 +70,7 @@ impl IndexPredictor {
 
 /// Writes the indices of the targets of `predictions`. Indices below `source_count` belong to source
 /// vertices.
-pub(in crate::file) fn write(
+pub(crate) fn write(
     bytes: &mut Vec<u8>,
     indices: &[u32],
     predictions: &[Prediction],
@@ -95,7 +95,7 @@ pub(in crate::file) fn write(
 }
 
 /// Reads the indices of the targets of `predictions` into existing entries of `indices`.
-pub(in crate::file) fn read(
+pub(crate) fn read(
     reader: &mut Reader<'_>,
     indices: &mut [u32],
     predictions: &[Prediction],

@@ -1,13 +1,9 @@
-//! One test for each fault of a `.fieldlod` file.
+//! One case for each fault of a `.fieldlod` file.
 
-mod common;
-
-use common::{Directory, HEADER_BYTES, sealed, strip_file};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Hierarchy, Precision,
-    fixtures,
-};
+use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, FileError, FileOptions, Precision, fixtures};
 use proptest::prelude::*;
+
+use crate::common::{Directory, HEADER_BYTES, bytes_of, sealed, strip_file};
 
 fn fault_of(bytes: &[u8]) -> FileError {
     BakedFile::from_bytes(bytes).unwrap_err()
@@ -21,16 +17,14 @@ fn fault_with(mut bytes: Vec<u8>, offset: usize, new: &[u8]) -> FileError {
 
 /// Offset of the attribute bits of the first directory entry.
 const ATTRIBUTES: usize = HEADER_BYTES + 12 + "strip".len() + 8;
+const GRIDS: usize = ATTRIBUTES + 3;
+const POSITION_ERROR: usize = GRIDS + 11 * 16;
 
 #[test]
-fn rejects_other_file_types() {
+fn rejects_other_file_types_and_versions() {
     for bytes in [&b""[..], b"glTF", b"FLDLOD\n\n"] {
         assert_eq!(fault_of(bytes), FileError::NotFieldlod);
     }
-}
-
-#[test]
-fn rejects_other_versions() {
     for found in [0, FORMAT_VERSION + 1, u32::MAX] {
         let mut bytes = strip_file().to_bytes();
         bytes[8..12].copy_from_slice(&found.to_le_bytes());
@@ -95,65 +89,41 @@ fn rejects_any_flipped_bit() {
     }
 }
 
-#[test]
-fn rejects_a_name_that_is_not_text() {
-    let fault = fault_with(strip_file().to_bytes(), HEADER_BYTES + 12, &[0xff]);
-    assert_eq!(fault, FileError::Name { primitive: 0 });
+/// The bytes of a file, an offset, and new bytes that must give the fault.
+macro_rules! rejects {
+    ($($name:literal: $file:ident, $offset:expr, $new:expr => $fault:pat,)+) => {
+        $(let fault = fault_with($file.clone(), $offset, &$new);
+        assert!(matches!(fault, $fault), "{}: {fault}", $name);)+
+    };
 }
 
 #[test]
-fn rejects_a_name_longer_than_the_file() {
-    let fault = fault_with(strip_file().to_bytes(), HEADER_BYTES + 8, &[0xff; 4]);
-    assert!(matches!(fault, FileError::Truncated { what: "a name", .. }));
-}
-
-#[test]
-fn rejects_unknown_attributes_and_flags() {
-    let what = "the directory";
-    for offset in [0, 1, 2] {
-        let fault = fault_with(strip_file().to_bytes(), ATTRIBUTES + offset, &[0xff]);
-        assert_eq!(fault, FileError::Corrupt { what });
-    }
-}
-
-#[test]
-fn rejects_grids_that_are_not_finite() {
-    let bytes = strip_file().to_bytes_with(Precision::Quantized16.into());
-    let fault = fault_with(bytes, ATTRIBUTES + 3, &f64::NAN.to_le_bytes());
-    let what = "the directory";
-    assert_eq!(fault, FileError::Corrupt { what });
-}
-
-#[test]
-fn rejects_invalid_position_errors() {
-    let what = "the directory";
-    for error in [-1.0f32, f32::NAN] {
-        let bytes = strip_file().to_bytes_with(Precision::Quantized16.into());
-        let offset = ATTRIBUTES + 3 + 11 * 16;
-        let fault = fault_with(bytes, offset, &error.to_le_bytes());
-        assert_eq!(fault, FileError::Corrupt { what });
-    }
-}
-
-/// A small file with large counts must not allocate much memory.
-#[test]
-fn rejects_counts_larger_than_the_section() {
-    let what = "the number of elements";
-    let bytes = strip_file().to_bytes();
-    let section = Directory::of(&bytes).sections[0].bytes.start;
-    for count in [1 << 10, 1 << 20, u32::MAX] {
-        let fault = fault_with(bytes.clone(), section, &u32::to_le_bytes(count));
-        assert_eq!(fault, FileError::Corrupt { what });
-    }
-}
-
-#[test]
-fn rejects_a_section_longer_than_the_file() {
-    for length in [1u64 << 20, u64::MAX] {
-        let bytes = strip_file().to_bytes();
-        let entry = Directory::of(&bytes).sections[1].entry;
-        let fault = fault_with(bytes, entry, &length.to_le_bytes());
-        assert!(matches!(fault, FileError::Truncated { .. }), "{fault}");
+fn rejects_broken_directories_with_matching_checksums() {
+    use FileError::{Corrupt, Name, Truncated};
+    let exact = strip_file().to_bytes();
+    let quantized = strip_file().to_bytes_with(Precision::Quantized16.into());
+    let sections = Directory::of(&exact).sections;
+    // The length of the second section, and the first section, which starts with the number of its groups.
+    let (entry, start) = (sections[1].entry, sections[0].bytes.start);
+    rejects! {
+        "name that is not text": exact, HEADER_BYTES + 12, [0xff] => Name { primitive: 0 },
+        "name longer than the file":
+            exact, HEADER_BYTES + 8, [0xff; 4] => Truncated { what: "a name", .. },
+        "unknown attribute": exact, ATTRIBUTES, [0xff] => Corrupt { what: "the directory" },
+        "unknown precision": exact, ATTRIBUTES + 1, [0xff] => Corrupt { what: "the directory" },
+        "unknown flag": exact, ATTRIBUTES + 2, [0xff] => Corrupt { what: "the directory" },
+        "grid that is not finite": quantized, GRIDS, f64::NAN.to_le_bytes() => Corrupt { what: "the directory" },
+        "NaN error": quantized, POSITION_ERROR, f32::NAN.to_le_bytes() => Corrupt { what: "the directory" },
+        "negative error": quantized, POSITION_ERROR, (-1.0f32).to_le_bytes() => Corrupt { what: "the directory" },
+        "more groups": exact, ATTRIBUTES + 3, [3] => Corrupt { what: "the groups" },
+        "more vertices": exact, ATTRIBUTES + 7, [7] => Corrupt { what: "the vertex order" },
+        "more primitives": exact, 12, [0xff; 4] => Truncated { .. },
+        "section longer than the file": exact, entry, (1u64 << 20).to_le_bytes() => Truncated { .. },
+        "endless section": exact, entry, u64::MAX.to_le_bytes() => Truncated { .. },
+        // A small file with large counts must not allocate much memory.
+        "1024 groups": exact, start, (1u32 << 10).to_le_bytes() => Corrupt { what: "the number of elements" },
+        "a million groups": exact, start, (1u32 << 20).to_le_bytes() => Corrupt { what: "the number of elements" },
+        "all groups": exact, start, u32::MAX.to_le_bytes() => Corrupt { what: "the number of elements" },
     }
 }
 
@@ -172,22 +142,6 @@ fn rejects_truncated_sections() {
             FileError::Truncated { .. } | FileError::Corrupt { .. }
         );
         assert!(is_expected, "{kept}: {fault}");
-    }
-}
-
-#[test]
-fn rejects_more_primitives_than_there_are() {
-    let fault = fault_with(strip_file().to_bytes(), 12, &[0xff; 4]);
-    assert!(matches!(fault, FileError::Truncated { .. }), "{fault}");
-}
-
-#[test]
-fn rejects_fewer_groups_and_vertices_than_announced() {
-    let counts = ATTRIBUTES + 3;
-    for (offset, what) in [(0, "the groups"), (4, "the vertex order")] {
-        let mut bytes = strip_file().to_bytes();
-        bytes[counts + offset] += 1;
-        assert_eq!(fault_of(&sealed(bytes)), FileError::Corrupt { what });
     }
 }
 
@@ -219,11 +173,6 @@ fn change() -> impl Strategy<Value = (u16, u8)> {
     (any::<u16>(), prop_oneof![any::<u8>(), 0u8..10])
 }
 
-fn bytes_of(hierarchy: Hierarchy, options: FileOptions) -> Vec<u8> {
-    let primitives = vec![BakedPrimitive::new(0, 0, "hills", hierarchy)];
-    BakedFile { primitives }.to_bytes_with(options)
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
@@ -234,10 +183,10 @@ proptest! {
         let source = hills.source_vertices();
         let mut bytes = match kind {
             0 => strip_file().to_bytes(),
-            1 => bytes_of(hills, Precision::Lossless.into()),
-            2 => bytes_of(hills, Precision::Quantized16.into()),
-            3 => bytes_of(hills.whole_mesh_levels().unwrap(), Precision::Lossless.into()),
-            _ => bytes_of(hills, FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
+            1 => bytes_of(&hills, Precision::Lossless),
+            2 => bytes_of(&hills, Precision::Quantized16),
+            3 => bytes_of(&hills.whole_mesh_levels().unwrap(), Precision::Lossless),
+            _ => bytes_of(&hills, FileOptions { beside_source: true, ..Precision::Quantized16.into() }),
         };
         for (offset, value) in changes {
             let length = bytes.len() - HEADER_BYTES;

@@ -1,23 +1,17 @@
 //! Files that omit source vertices.
 
-mod common;
-
-use common::{Directory, strip_file};
 use fieldlod_hierarchy::{
     BakedFile, BakedPrimitive, FileError, FileOptions, Hierarchy, InvalidHierarchy, Precision,
     Vertices, fixtures,
 };
 use glam::{Vec2, Vec3};
 
+use crate::common::{Directory, bytes_of, sealed, strip_file};
+
 const LOSSLESS: FileOptions = FileOptions {
     precision: Precision::Lossless,
     beside_source: true,
 };
-
-fn bytes_of(hierarchy: &Hierarchy, options: FileOptions) -> Vec<u8> {
-    let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy.clone())];
-    BakedFile { primitives }.to_bytes_with(options)
-}
 
 fn read(bytes: &[u8]) -> BakedPrimitive {
     let file = BakedFile::from_bytes_beside_source(bytes);
@@ -89,57 +83,44 @@ fn complete_files_can_be_read_beside_their_source() {
 }
 
 #[test]
-fn rejects_files_without_source_vertices() {
+fn rejects_missing_source_vertices() {
     let bytes = strip_file().to_bytes_with(LOSSLESS);
     let fault = FileError::SourceVerticesLeftOut { primitive: 0 };
     assert_eq!(BakedFile::from_bytes(&bytes), Err(fault));
-}
-
-#[test]
-fn rejects_hierarchies_without_source_vertices() {
     let hierarchy = read(&bytes_of(&fixtures::grid_pyramid(1), LOSSLESS)).hierarchy;
     let fault = InvalidHierarchy::LacksSourceVertices;
     assert_eq!(hierarchy.validate(), Err(fault));
 }
 
 #[test]
-fn rejects_a_source_of_another_size() {
-    let fault = fault_with(|source| source.positions.push(Vec3::ZERO));
+fn rejects_other_sources() {
+    use InvalidHierarchy::{OtherAttributes, OtherSource, PositionNotFinite};
     let (vertices, expected) = (33 * 33 + 1, 33 * 33);
-    assert_eq!(fault, InvalidHierarchy::OtherSource { vertices, expected });
-}
-
-#[test]
-fn rejects_a_source_with_other_attributes() {
-    for (fault, attribute) in [
-        (fault_with(|source| source.normals.clear()), "normals"),
-        (fault_with(|source| source.uvs.clear()), "uvs"),
-        (fault_with(|source| source.tangents.clear()), "tangents"),
-        (fault_with(|source| source.uvs_1.clear()), "second uvs"),
-        (fault_with(|source| source.colors.clear()), "colors"),
-    ] {
-        assert_eq!(fault, InvalidHierarchy::OtherAttributes { attribute });
+    let fault = fault_with(|source| source.positions.push(Vec3::ZERO));
+    assert_eq!(fault, OtherSource { vertices, expected });
+    let fault = fault_with(|source| source.positions[40].y = f32::INFINITY);
+    assert_eq!(fault, PositionNotFinite { vertex: 40 });
+    let without: [(_, fn(&mut Vertices)); 5] = [
+        ("normals", |source| source.normals.clear()),
+        ("uvs", |source| source.uvs.clear()),
+        ("tangents", |source| source.tangents.clear()),
+        ("second uvs", |source| source.uvs_1.clear()),
+        ("colors", |source| source.colors.clear()),
+    ];
+    for (attribute, change) in without {
+        assert_eq!(fault_with(change), OtherAttributes { attribute });
     }
-}
-
-#[test]
-fn rejects_a_source_with_additional_attributes() {
+    let fault = fault_with(|source| source.positions[40].y += 0.5);
+    let expected = matches!(fault, InvalidHierarchy::TrianglesOutsideBounds { .. });
+    assert!(expected, "{fault}");
+    // The source has an attribute that the hierarchy lacks.
     let mut hierarchy = fixtures::two_level_strip();
     let source = hierarchy.source_vertices();
     hierarchy.vertices.normals.clear();
     let incomplete = read(&bytes_of(&hierarchy, LOSSLESS)).hierarchy;
     let attribute = "normals";
-    let fault = InvalidHierarchy::OtherAttributes { attribute };
-    assert_eq!(incomplete.with_source_vertices(&source), Err(fault));
-}
-
-#[test]
-fn rejects_a_source_outside_bounds() {
-    let fault = fault_with(|source| source.positions[40].y += 0.5);
-    let expected = matches!(fault, InvalidHierarchy::TrianglesOutsideBounds { .. });
-    assert!(expected, "{fault}");
-    let fault = fault_with(|source| source.positions[40].y = f32::INFINITY);
-    assert_eq!(fault, InvalidHierarchy::PositionNotFinite { vertex: 40 });
+    let fault = incomplete.with_source_vertices(&source).unwrap_err();
+    assert_eq!(fault, OtherAttributes { attribute });
 }
 
 /// Reading runs all checks that do not need source vertices.
@@ -152,6 +133,6 @@ fn rejects_broken_graphs_without_their_source() {
     let windows = bytes[section.clone()].windows(4);
     let place = section.start + windows.into_iter().position(|w| w == infinite).unwrap();
     bytes[place..place + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    let fault = BakedFile::from_bytes_beside_source(&common::sealed(bytes)).unwrap_err();
+    let fault = BakedFile::from_bytes_beside_source(&sealed(bytes)).unwrap_err();
     assert!(matches!(fault, FileError::Invalid { .. }), "{fault}");
 }

@@ -1,33 +1,22 @@
-//! Tests of the errata and unstated assumptions on the crate's front page.
-#![expect(
-    clippy::disallowed_methods,
-    reason = "tests may use angles and powers; selection does not run here"
-)]
+//! Errata and unstated assumptions of the paper, as listed on the crate's front page.
 
-mod common;
-
-use camera_field::double::{
-    FilterKernel, Intrinsics, Pose, PosedCamera, SplatKernel, Surfel, compound_density,
-    compound_field,
-};
-use common::{assert_close, from_spherical, wide_camera};
-use glam::{DMat2, DVec2, DVec3};
+use crate::common::*;
 
 fn camera() -> Intrinsics {
-    wide_camera(DVec2::splat(1000.0))
+    square_camera(1000.0)
 }
 
 /// Appendix iii prints (z, 0, x) and (0, z, y) as the normals of E₁ and E₂. They are perpendicular
 /// to these planes only with the last signs inverted. The sine stays the same.
 #[test]
 fn appendix_iii_normals_have_the_wrong_sign() {
-    let p = DVec3::new(1.0, 2.0, 3.0);
+    let p = dvec3(1.0, 2.0, 3.0);
     let e1 = [p, DVec3::Y];
     let e2 = [p, DVec3::X];
     let is_normal = |normal: DVec3, plane: [DVec3; 2]| plane.iter().all(|d| d.dot(normal) == 0.0);
-    assert!(!is_normal(DVec3::new(p.z, 0.0, p.x), e1));
-    assert!(!is_normal(DVec3::new(0.0, p.z, p.y), e2));
-    let (n1, n2) = (DVec3::new(p.z, 0.0, -p.x), DVec3::new(0.0, p.z, -p.y));
+    assert!(!is_normal(dvec3(p.z, 0.0, p.x), e1));
+    assert!(!is_normal(dvec3(0.0, p.z, p.y), e2));
+    let (n1, n2) = (dvec3(p.z, 0.0, -p.x), dvec3(0.0, p.z, -p.y));
     assert!(is_normal(n1, e1) && is_normal(n2, e2));
     let sine = n1.normalize().cross(n2.normalize()).length();
     let printed = p.z
@@ -39,25 +28,15 @@ fn appendix_iii_normals_have_the_wrong_sign() {
 #[test]
 fn equation_15_is_an_area_not_a_diameter() {
     let surfel = Surfel {
-        center: DVec3::new(1.0, 0.5, 4.0),
+        center: dvec3(1.0, 0.5, 4.0),
         normal: DVec3::NEG_Z,
         radius: 1e-4,
     };
-    let [one, two] = [1.0, 2.0].map(|zoom| {
-        let camera = wide_camera(DVec2::splat(1000.0 * zoom));
-        let kernel = SplatKernel::new(&camera, &surfel);
-        (
-            camera.projection_factor(surfel.center, surfel.normal),
-            kernel,
-        )
-    });
-    assert_close(two.0 / one.0, 4.0, 4.0, 1e-12);
-    assert_close(
-        two.1.axes_px[0].length() / one.1.axes_px[0].length(),
-        2.0,
-        2.0,
-        1e-12,
-    );
+    let cameras = [1000.0, 2000.0].map(square_camera);
+    let areas = cameras.map(|camera| camera.projection_factor(surfel.center, surfel.normal));
+    assert_close(areas[1] / areas[0], 4.0, 4.0, 1e-12);
+    let widths = cameras.map(|camera| SplatKernel::new(&camera, &surfel).axes_px[0].length());
+    assert_close(widths[1] / widths[0], 2.0, 2.0, 1e-12);
 }
 
 /// Fig. 13 keeps the area of an infinitely small surfel. The image of a disk 60° off axis, with a
@@ -71,12 +50,8 @@ fn kept_area_falls_short_for_large_surfels() {
         radius: 0.5 * center.z,
     };
     let kernel = SplatKernel::new(&camera(), &surfel);
-    assert_close(
-        kernel.area_px2() / kernel.affine_area_px2(),
-        1.365,
-        1.0,
-        2e-3,
-    );
+    let ratio = kernel.area_px2() / kernel.affine_area_px2();
+    assert_close(ratio, 1.365, 1.0, 2e-3);
 }
 
 /// The thin axis of the kernel must be measured perpendicular to the sight ray, *before* the radial
@@ -88,7 +63,7 @@ fn kernel_orientation_is_measured_across_the_sight_ray() {
     let worst = (1..90).map(|degrees| {
         let turn = f64::from(degrees).to_radians();
         let sight = center.normalize();
-        let across = DVec3::new(sight.z, 0.0, -sight.x) * turn.cos() + DVec3::Y * turn.sin();
+        let across = dvec3(sight.z, 0.0, -sight.x) * turn.cos() + DVec3::Y * turn.sin();
         let normal = (-sight + across * 2.0).normalize();
         let surfel = Surfel {
             center,
@@ -98,7 +73,7 @@ fn kernel_orientation_is_measured_across_the_sight_ray() {
         let right = SplatKernel::new(&camera(), &surfel);
         // The direction of the normal in the image replaces `across`.
         let in_image = camera().displace_px(center, normal).normalize();
-        let turned = DVec3::new(sight.z, 0.0, -sight.x) * in_image.x + DVec3::Y * in_image.y;
+        let turned = dvec3(sight.z, 0.0, -sight.x) * in_image.x + DVec3::Y * in_image.y;
         let misread = Surfel {
             normal: (-sight + turned * 2.0).normalize(),
             ..surfel
@@ -126,7 +101,7 @@ fn difference(a: &SplatKernel, b: &SplatKernel) -> f64 {
 fn curl_alone_does_not_explain_the_asymmetry() {
     let surfel = Surfel {
         center: DVec3::Z * 2.0,
-        normal: DVec3::new(1.0, 0.0, -1.0).normalize(),
+        normal: dvec3(1.0, 0.0, -1.0).normalize(),
         radius: 0.5,
     };
     assert_eq!(surfel.keystone_from_curl(&camera()), DVec2::ZERO);
@@ -139,8 +114,8 @@ fn curl_alone_does_not_explain_the_asymmetry() {
 fn an_affine_shear_is_symmetric() {
     let kernel = SplatKernel {
         center_px: DVec2::ZERO,
-        axes_px: [DVec2::new(3.0, 0.0), DVec2::new(1.0, 2.0)],
-        keystone: DVec2::new(0.2, 0.1),
+        axes_px: [dvec2(3.0, 0.0), dvec2(1.0, 2.0)],
+        keystone: dvec2(0.2, 0.1),
     };
     for degrees in 0..180 {
         let e = DVec2::from_angle(f64::from(degrees).to_radians());
@@ -163,10 +138,7 @@ fn curl_ignores_the_fall_with_distance() {
 /// fields of two cameras face to face cancel out.
 #[test]
 fn compound_field_assumes_cameras_on_one_side() {
-    let cameras = [DVec3::NEG_Z, DVec3::Z].map(|origin| PosedCamera {
-        intrinsics: camera(),
-        pose: Pose::looking_at(origin, DVec3::ZERO, DVec3::NEG_Y),
-    });
+    let cameras = [DVec3::NEG_Z, DVec3::Z].map(|origin| posed(camera(), origin, DVec3::ZERO));
     assert!(compound_field(&cameras, DVec3::ZERO).length() < 1e-9);
     let density = compound_density(&cameras, DVec3::ZERO, DVec3::NEG_Z);
     assert_close(density, 1e6, 1e6, 1e-12);
@@ -175,16 +147,10 @@ fn compound_field_assumes_cameras_on_one_side() {
 /// §3.3: equal strength gives equal projected size only for equal inclination to the sight ray.
 #[test]
 fn equal_strength_does_not_make_equal_projected_size() {
-    let p = DVec3::new(0.0, 0.0, 10.0);
-    let other = p.length() * from_spherical(1.0, 1.0, 0.0);
-    let on_level = other.normalize()
-        * camera().level_radius(camera().strength(p), Intrinsics::aspect_ratio(other));
-    assert_close(
-        camera().strength(on_level),
-        camera().strength(p),
-        camera().strength(p),
-        1e-12,
-    );
+    let p = dvec3(0.0, 0.0, 10.0);
+    let strength = camera().strength(p);
+    let on_level = from_spherical(camera().level_radius(strength, 1.0_f64.cos()), 1.0, 0.0);
+    assert_close(camera().strength(on_level), strength, strength, 1e-12);
     // The same disk, perpendicular to the axis, is at both places.
     let sizes = [p, on_level].map(|center| camera().projection_factor(center, DVec3::NEG_Z));
     assert_close(sizes[1] / sizes[0], 1.0_f64.cos(), 1.0, 1e-9);
@@ -196,13 +162,10 @@ fn equal_strength_does_not_make_equal_projected_size() {
 fn mip_level_is_the_mean_of_the_filter_axes() {
     let grazing = 5.0_f64.to_radians();
     let p = DVec3::Z * 10.0;
-    let along = DVec3::new(0.0, grazing.sin(), grazing.cos());
+    let along = dvec3(0.0, grazing.sin(), grazing.cos());
     let kernel = FilterKernel::new(&camera(), p, DVec3::X, along).unwrap();
-    let longer = kernel
-        .texels_per_px_x
-        .length()
-        .max(kernel.texels_per_px_y.length());
-    let ratio = longer / kernel.area_texels().sqrt();
+    let axes = [kernel.texels_per_px_x, kernel.texels_per_px_y].map(DVec2::length);
+    let ratio = axes[0].max(axes[1]) / kernel.area_texels().sqrt();
     assert_close(ratio, 1.0 / grazing.sin().sqrt(), 1.0, 1e-9);
     assert_close(ratio, 3.39, 1.0, 0.01);
     assert_close(ratio.log2(), 1.76, 1.0, 0.01);
@@ -213,7 +176,7 @@ fn mip_level_is_the_mean_of_the_filter_axes() {
 #[test]
 fn perpendicular_plane_is_sampled_evenly_from_anywhere() {
     for x in [-9.0, 0.0, 7.0] {
-        let p = DVec3::new(x, 0.3 * x, 4.0);
+        let p = dvec3(x, 0.3 * x, 4.0);
         let density = camera().projection_factor(p, DVec3::NEG_Z);
         assert_close(density, 1000.0 * 1000.0 / 16.0, density, 1e-12);
     }

@@ -1,23 +1,6 @@
 //! Compares the field (eq. 1–7) with counted samples, and its forms with each other.
-#![expect(
-    clippy::disallowed_methods,
-    reason = "tests may use angles and powers; selection does not run here"
-)]
 
-mod common;
-
-use camera_field::double::{
-    Intrinsics, OrthographicIntrinsics, PlanarCamera, Pose, PosedCamera, Spherical,
-    compound_density, compound_field,
-};
-use common::{
-    assert_close, count_samples, off_centre_cameras, points, unit_vectors, wide_camera,
-    wide_cameras,
-};
-use glam::{DVec2, DVec3};
-use proptest::prelude::*;
-
-const TAU: f64 = core::f64::consts::TAU;
+use crate::common::*;
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
@@ -27,9 +10,8 @@ proptest! {
     #[test]
     fn strength_is_the_number_of_samples_per_area(p in points()) {
         let radius = 1e-3 * p.z;
-        let area = 0.5 * TAU * radius * radius;
-        let focal_px = (20_000.0 / (wide_camera(DVec2::ONE).strength(p) * area)).sqrt();
-        let camera = wide_camera(DVec2::splat(focal_px));
+        let area = PI * radius * radius;
+        let camera = square_camera((20_000.0 / (square_camera(1.0).strength(p) * area)).sqrt());
         let on_disk = |ray: DVec3| {
             let hit = ray * (p.length_squared() / ray.dot(p));
             hit.distance(p) <= radius
@@ -47,7 +29,7 @@ proptest! {
         y in 0.1..100.0_f64, slope in -11.0..11.0_f64,
     ) {
         let camera = PlanarCamera { focal_px: 1e7, slope_min: -12.0, slope_max: 12.0 };
-        let p = DVec2::new(slope * y, y);
+        let p = dvec2(slope * y, y);
         let half = p.perp().normalize() * (1e-3 * y);
         let pixel = |p: DVec2| camera.focal_px * p.x / p.y;
         let count = (pixel(p + half).floor() - pixel(p - half).floor()).abs();
@@ -65,20 +47,17 @@ proptest! {
         let camera = PlanarCamera::centered(resolution_px, (0.5 * fov).tan());
         let edge = camera.focal_px * camera.slope_max;
         assert_close(edge, 0.5 * resolution_px, resolution_px, 1e-12);
-        let on_image = DVec2::new(0.0, camera.focal_px);
-        assert_close(camera.strength(on_image), 1.0, 1.0, 1e-12);
+        assert_close(camera.strength(dvec2(0.0, camera.focal_px)), 1.0, 1.0, 1e-12);
     }
 
     /// Eq. 5 from the two planar fields of appendix ii and the angle of appendix iii.
     #[test]
     fn strength_is_product_of_planar_fields_over_sine(p in points()) {
-        let camera = wide_camera(DVec2::splat(700.0));
-        let (rho, f) = (p.length(), 700.0);
-        let on_e1 = f * rho / (p.z * p.x.hypot(p.z));
-        let on_e2 = f * rho / (p.z * p.y.hypot(p.z));
-        let (n1, n2) = (DVec3::new(p.z, 0.0, -p.x), DVec3::new(0.0, p.z, -p.y));
+        let on_plane = |across: f64| 700.0 * p.length() / (p.z * across.hypot(p.z));
+        let (n1, n2) = (dvec3(p.z, 0.0, -p.x), dvec3(0.0, p.z, -p.y));
         let sine = n1.normalize().cross(n2.normalize()).length();
-        assert_close(camera.strength(p), on_e1 * on_e2 / sine, camera.strength(p), 1e-9);
+        let strength = square_camera(700.0).strength(p);
+        assert_close(strength, on_plane(p.x) * on_plane(p.y) / sine, strength, 1e-9);
     }
 
     /// Eq. 5, 6 and 7 describe the same field.
@@ -87,26 +66,23 @@ proptest! {
         let at = Spherical::from_cartesian(p);
         let basis = at.basis();
         let strength = camera.strength(p);
-        assert_close(at.to_cartesian().distance(p), 0.0, p.length(), 1e-12);
-        let field = basis.u_rho * camera.spherical_field(at);
-        assert_close((camera.field(p) - field).length(), 0.0, strength, 1e-9);
+        assert_near(at.to_cartesian(), p, p.length(), 1e-12);
+        assert_near(camera.field(p), basis.u_rho * camera.spherical_field(at), strength, 1e-9);
         assert_close(camera.field(p).length(), strength, strength, 1e-12);
         let curl = camera.curl(p);
         let curl_scale = curl.length() + strength / p.length();
-        let spherical_curl = basis.u_theta * camera.spherical_curl(at);
-        assert_close((curl - spherical_curl).length(), 0.0, curl_scale, 1e-9);
+        assert_near(curl, basis.u_theta * camera.spherical_curl(at), curl_scale, 1e-9);
         let (along, across) = camera.spherical_gradient(at);
         let gradient = basis.u_rho * along + basis.u_phi * across;
-        assert_close((gradient - camera.gradient(p)).length(), 0.0, gradient.length(), 1e-9);
-        prop_assert!((basis.u_rho.cross(basis.u_phi) - basis.u_theta).length() < 1e-12);
+        assert_near(gradient, camera.gradient(p), gradient.length(), 1e-9);
+        assert_near(basis.u_rho.cross(basis.u_phi), basis.u_theta, 1.0, 1e-12);
     }
 
     /// On the image plane, there is one sample per square pixel.
     #[test]
     fn density_on_the_image_plane_is_one(slope_x in -11.0..11.0_f64, slope_y in -11.0..11.0_f64) {
-        let camera = wide_camera(DVec2::splat(700.0));
-        let p = DVec3::new(slope_x, slope_y, 1.0) * 700.0;
-        assert_close(camera.projection_factor(p, DVec3::NEG_Z), 1.0, 1.0, 1e-12);
+        let p = dvec3(slope_x, slope_y, 1.0) * 700.0;
+        assert_close(square_camera(700.0).projection_factor(p, DVec3::NEG_Z), 1.0, 1.0, 1e-12);
     }
 
     #[test]
@@ -114,20 +90,17 @@ proptest! {
         camera in off_centre_cameras(), p in points(), n in unit_vectors(), sign in prop::bool::ANY,
     ) {
         let p = if sign { p } else { -p };
-        let seen = {
-            let px = camera.project_px(p);
-            let (low, high) = (camera.slope_min * camera.focal_px, camera.slope_max * camera.focal_px);
-            p.z > 0.0 && px.cmpge(low).all() && px.cmple(high).all()
-        };
+        let px = camera.project_px(p);
+        let (low, high) = (camera.slope_min * camera.focal_px, camera.slope_max * camera.focal_px);
+        let seen = p.z > 0.0 && px.cmpge(low).all() && px.cmple(high).all();
         prop_assert_eq!(camera.contains(p), seen);
         if !seen {
-            prop_assert_eq!(camera.field(p), DVec3::ZERO);
-            prop_assert_eq!(camera.curl(p), DVec3::ZERO);
-            prop_assert_eq!(camera.gradient(p), DVec3::ZERO);
-            prop_assert_eq!(camera.strength(p), 0.0);
-            prop_assert_eq!(camera.pixel_scale(p), 0.0);
-            prop_assert_eq!(camera.projection_factor(p, n), 0.0);
-            prop_assert_eq!(camera.spherical_field(Spherical::from_cartesian(p)), 0.0);
+            let vectors = [camera.field(p), camera.curl(p), camera.gradient(p)];
+            prop_assert_eq!(vectors, [DVec3::ZERO; 3]);
+            let factor = camera.projection_factor(p, n);
+            let spherical = camera.spherical_field(Spherical::from_cartesian(p));
+            let numbers = [camera.strength(p), camera.pixel_scale(p), factor, spherical];
+            prop_assert_eq!(numbers, [0.0; 4]);
         }
     }
 
@@ -135,8 +108,8 @@ proptest! {
     /// the sight ray. The ratio of distances along and across the radius of the image is cos φ.
     #[test]
     fn aspect_ratio_is_the_ratio_of_sample_distances(p in points()) {
-        let camera = wide_camera(DVec2::splat(1e7));
-        let radial = DVec2::new(p.x, p.y).try_normalize().unwrap_or(DVec2::X);
+        let camera = square_camera(1e7);
+        let radial = dvec2(p.x, p.y).try_normalize().unwrap_or(DVec2::X);
         let distance = |step: DVec2| {
             let pixel = camera.project_px(p) + step;
             let ray = (pixel / camera.focal_px).extend(1.0);
@@ -150,16 +123,16 @@ proptest! {
     /// Compares with the smallest and largest radius of the ellipse of one sample, for oblong pixels.
     #[test]
     fn pattern_aspect_ratio_holds_for_oblong_pixels(camera in wide_cameras(), p in points()) {
-        let (a, b) = common::frame(p);
+        let (a, b) = frame(p);
         let (ja, jb) = (camera.displace_px(p, a), camera.displace_px(p, b));
         let scale = |turn: f64| (ja * turn.cos() + jb * turn.sin()).length();
-        let turns = (0..20_000).map(|i| scale(f64::from(i) / 20_000.0 * TAU));
+        let scales = (0..20_000).map(|i| scale(f64::from(i) / 20_000.0 * TAU));
         let (least, greatest) =
-            turns.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
+            scales.fold((f64::INFINITY, 0.0_f64), |(l, g), s| (l.min(s), g.max(s)));
         assert_close(camera.pattern_aspect_ratio(p), least / greatest, least / greatest, 1e-3);
         // The pixel scale bounds the largest radius, and equals it for square pixels.
         prop_assert!(greatest <= camera.pixel_scale(p) * (1.0 + 1e-12));
-        let square = wide_camera(DVec2::splat(camera.focal_px.x));
+        let square = square_camera(camera.focal_px.x);
         let ratio = square.strength(p) / Intrinsics::aspect_ratio(p);
         assert_close(square.pixel_scale(p), ratio.sqrt(), ratio.sqrt(), 1e-12);
     }
@@ -167,20 +140,16 @@ proptest! {
     /// The orthographic field is the limit of a perspective camera that moves back.
     #[test]
     fn orthographic_field_is_limit_of_distant_perspective(
-        x in -4.0..4.0_f64, y in -4.0..4.0_f64, z in -4.0..4.0_f64, n in unit_vectors(),
+        p in prop::array::uniform3(-4.0..4.0_f64), n in unit_vectors(),
     ) {
-        let (away, per_unit) = (1e7, DVec2::new(20.0, 30.0));
-        let near = OrthographicIntrinsics {
-            pixels_per_unit: per_unit,
-            min: DVec2::splat(-5.0),
-            max: DVec2::splat(5.0),
-        };
+        let (p, away, pixels_per_unit) = (DVec3::from(p), 1e7, dvec2(20.0, 30.0));
+        let (min, max) = (DVec2::splat(-5.0), DVec2::splat(5.0));
+        let near = OrthographicIntrinsics { pixels_per_unit, min, max };
         let far = Intrinsics {
-            focal_px: per_unit * away,
-            slope_min: DVec2::splat(-5.0 / away),
-            slope_max: DVec2::splat(5.0 / away),
+            focal_px: pixels_per_unit * away,
+            slope_min: min / away,
+            slope_max: max / away,
         };
-        let p = DVec3::new(x, y, z);
         let distant = p + DVec3::Z * away;
         assert_close(far.strength(distant), near.strength(p), 600.0, 1e-5);
         assert_close(far.projection_factor(distant, n), near.field(p).dot(n), 600.0, 1e-5);
@@ -196,20 +165,15 @@ proptest! {
         prop_assume!(axis.cross(DVec3::Y).length() > 1e-3);
         let pose = Pose::looking_at(origin, origin + axis, DVec3::Y);
         let posed = PosedCamera { intrinsics: camera, pose };
-        prop_assert!((pose.axis() - axis).length() < 1e-12);
-        prop_assert!((pose.world_from_camera.determinant() - 1.0).abs() < 1e-12);
+        assert_near(pose.axis(), axis, 1.0, 1e-12);
+        assert_close(pose.world_from_camera.determinant(), 1.0, 1.0, 1e-12);
         prop_assert!(pose.world_from_camera.y_axis.dot(DVec3::Y) < 0.0, "y points down");
         let p_world = pose.to_world(p);
-        prop_assert!((pose.to_camera(p_world) - p).length() < 1e-12 * (1.0 + p.length()));
+        assert_near(pose.to_camera(p_world), p, 1.0 + p.length(), 1e-12);
         let expected = pose.world_from_camera * camera.field(p);
-        prop_assert!((posed.field(p_world) - expected).length() <= 1e-9 * expected.length());
-        let curl = pose.world_from_camera * camera.curl(p);
-        let curl_scale = curl.length() + expected.length() / p.length();
-        prop_assert!((posed.curl(p_world) - curl).length() <= 1e-8 * curl_scale);
-        assert_close(
-            posed.projection_factor(p_world, pose.world_from_camera * n),
-            camera.projection_factor(p, n), expected.length(), 1e-9,
-        );
+        assert_near(posed.field(p_world), expected, expected.length(), 1e-9);
+        let factor = posed.projection_factor(p_world, pose.world_from_camera * n);
+        assert_close(factor, camera.projection_factor(p, n), expected.length(), 1e-9);
     }
 
     /// §3.5: if all cameras are in front of the surface, the compound field gives the joint density.
@@ -218,11 +182,11 @@ proptest! {
         focal_a in 10.0..100.0_f64, focal_b in 10.0..100.0_f64, apart in 0.0..3.0_f64,
         n in unit_vectors(),
     ) {
-        let cameras = [(focal_a, -apart), (focal_b, apart)].map(|(focal_px, x)| PosedCamera {
-            intrinsics: wide_camera(DVec2::splat(focal_px)),
-            pose: Pose::looking_at(DVec3::new(x, 0.0, 0.0), DVec3::new(0.0, 0.0, 9.0), DVec3::Y),
+        let cameras = [(focal_a, -apart), (focal_b, apart)];
+        let cameras = cameras.map(|(focal_px, x)| {
+            posed(square_camera(focal_px), DVec3::X * x, DVec3::Z * 9.0)
         });
-        let p = DVec3::new(0.3, 0.2, 8.0);
+        let p = dvec3(0.3, 0.2, 8.0);
         let joint = compound_density(&cameras, p, n);
         let by_field = compound_field(&cameras, p).dot(n);
         let all_in_front = cameras.iter().all(|camera| camera.projection_factor(p, n) > 0.0);
@@ -236,14 +200,14 @@ proptest! {
     /// The `f32` version of each formula is within 2e-5 of the `f64` version.
     #[test]
     fn single_precision_is_close(camera in wide_cameras(), p in points(), n in unit_vectors()) {
-        let (single, p32, n32) = (common::single(&camera), p.as_vec3(), n.as_vec3());
+        let (single, p32, n32) = (single(&camera), p.as_vec3(), n.as_vec3());
         let (p, n) = (p32.as_dvec3(), n32.as_dvec3());
-        let strength = camera.strength(p);
-        let scale = strength / p.z;
+        let (strength, scale) = (camera.strength(p), camera.pixel_scale(p));
+        let factor = camera.projection_factor(p, n);
         assert_close(single.strength(p32).into(), strength, strength, 2e-5);
-        assert_close(single.projection_factor(p32, n32).into(), camera.projection_factor(p, n), strength, 2e-5);
-        assert_close(single.pixel_scale(p32).into(), camera.pixel_scale(p), camera.pixel_scale(p), 2e-5);
-        assert_close(single.curl(p32).as_dvec3().distance(camera.curl(p)), 0.0, scale, 2e-5);
-        assert_close(single.gradient(p32).as_dvec3().distance(camera.gradient(p)), 0.0, scale, 2e-5);
+        assert_close(single.projection_factor(p32, n32).into(), factor, strength, 2e-5);
+        assert_close(single.pixel_scale(p32).into(), scale, scale, 2e-5);
+        assert_near(single.curl(p32).as_dvec3(), camera.curl(p), strength / p.z, 2e-5);
+        assert_near(single.gradient(p32).as_dvec3(), camera.gradient(p), strength / p.z, 2e-5);
     }
 }

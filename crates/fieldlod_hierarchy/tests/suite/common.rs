@@ -1,10 +1,10 @@
 //! Small files, and an independent parser of their layout.
 
-#![allow(dead_code, reason = "each test file uses a part")]
+#![allow(dead_code, reason = "the fuzz target uses a part")]
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, fixtures};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
@@ -16,6 +16,18 @@ pub(crate) fn strip_file() -> BakedFile {
     BakedFile {
         primitives: (0..2).map(primitive).collect(),
     }
+}
+
+/// A file with one hierarchy.
+pub(crate) fn file_of(hierarchy: Hierarchy) -> BakedFile {
+    BakedFile {
+        primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy)],
+    }
+}
+
+/// The bytes of a file with one hierarchy.
+pub(crate) fn bytes_of(hierarchy: &Hierarchy, options: impl Into<FileOptions>) -> Vec<u8> {
+    file_of(hierarchy.clone()).to_bytes_with(options.into())
 }
 
 /// Byte ranges of a section and of its directory entry.

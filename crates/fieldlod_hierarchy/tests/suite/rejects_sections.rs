@@ -1,0 +1,54 @@
+//! One case for each fault of a section whose checksum matches.
+
+use fieldlod_hierarchy::{BakedFile, FileError};
+
+use crate::common::{Directory, sealed, strip_file};
+
+// Offsets in the first section of the strip: a group and its unit of 4 vertices and 2 triangles.
+const GROUP_INDEX: usize = 4;
+const VERTEX_LIST: usize = GROUP_INDEX + 5 + (15 + 1 + 12) * 5;
+const EDGES: usize = VERTEX_LIST + 5;
+const CORNERS: usize = EDGES + 3 + 4;
+const DISTANCES: usize = CORNERS + 5 + 4;
+const VERTEX_ORDER: usize = DISTANCES + 3 + 5;
+
+/// Returns the fault after the bytes `old` of a section are replaced by `new`.
+fn fault_with(section: usize, offset: usize, old: &[u8], new: &[u8]) -> FileError {
+    let mut bytes = strip_file().to_bytes();
+    let offset = Directory::of(&bytes).sections[section].bytes.start + offset;
+    assert!(bytes[offset..].starts_with(old), "the layout changed");
+    bytes[offset..offset + new.len()].copy_from_slice(new);
+    BakedFile::from_bytes(&sealed(bytes)).unwrap_err()
+}
+
+/// The section, the offset, old bytes, and new bytes that must give the fault.
+macro_rules! rejects {
+    ($($name:literal: $what:literal, $section:literal, $offset:ident, $old:expr => $new:expr;)+) => {
+        #[test]
+        fn rejects_broken_sections_with_matching_checksums() {
+            $(let fault = fault_with($section, $offset, &$old, &$new);
+            assert_eq!(fault, FileError::Corrupt { what: $what }, $name);)+
+        }
+    };
+}
+
+rejects! {
+    "unknown coding": "the groups", 0, GROUP_INDEX, [0, 2] => [9, 2];
+    "corrupt packed numbers": "the groups", 0, GROUP_INDEX, [0, 2] => [8, 2];
+    "groups with equal indices": "the groups", 2, GROUP_INDEX, [0, 0] => [0, 2];
+    "later vertex": "the vertex lists", 0, VERTEX_LIST, [0, 0] => [0, 1];
+    "vertices with equal indices":
+        "the vertex order", 0, VERTEX_ORDER, [1, 0, 8, 2, 8] => [1, 0, 8, 8, 8];
+    "source vertex out of range":
+        "the vertex order", 0, VERTEX_ORDER, [1, 0, 8, 2, 8] => [1, 0, 8, 2, 80];
+    "shared edge of the first triangle": "the triangles", 0, EDGES, [1, 48] => [1, 0];
+    "recent vertex of the first triangle":
+        "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 3, 19, 19, 0];
+    "border vertex of the first triangle":
+        "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 1, 19, 19, 0];
+    "unknown corner symbol": "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 0, 19, 20, 0];
+    "missing distance": "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 19, 19, 19, 0];
+    "corner 4 of 4": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 8, 1];
+    "corner 3 after 1": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 6, 1];
+    "corner before 0": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 1, 1];
+}

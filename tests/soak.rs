@@ -272,12 +272,15 @@ impl Soak {
     }
 }
 
-/// Edges of a closed surface that do not have one triangle on each side.
-fn open_edges(world: &World, units: &[Entity]) -> usize {
+/// Edges of the closed surface that these entities draw together that do not have one triangle on each side.
+///
+/// # Panics
+/// If an entity has no mesh in main memory, or the mesh has no positions and indices.
+pub fn open_edges(world: &World, drawn: &[Entity]) -> usize {
     let meshes = world.resource::<Assets<Mesh>>();
     let mut sides: HashMap<[[u32; 3]; 2], i32> = HashMap::new();
-    for &unit in units {
-        let mesh = meshes.get(world.get::<Mesh3d>(unit).unwrap()).unwrap();
+    for &entity in drawn {
+        let mesh = meshes.get(world.get::<Mesh3d>(entity).unwrap()).unwrap();
         let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION).unwrap();
         let positions = positions.as_float3().unwrap();
         let corners: Vec<[u32; 3]> = mesh

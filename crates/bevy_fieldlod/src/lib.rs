@@ -117,10 +117,7 @@ pub mod prelude {
 }
 
 /// Paths of the plugin's values in Bevy's diagnostics.
-pub mod diagnostics {
-    pub use crate::api::diagnostics::*;
-    pub use crate::pages::{LOADING_BYTES, MISSING_PAGES, RESIDENT_BYTES, WANTED_BYTES};
-}
+pub use api::diagnostics;
 
 /// Guides.
 pub mod guide {

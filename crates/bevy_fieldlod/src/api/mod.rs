@@ -3,7 +3,7 @@
 
 pub(crate) mod auto_lod;
 pub(crate) mod config;
-pub(crate) mod diagnostics;
+pub mod diagnostics;
 pub(crate) mod events;
 pub(crate) mod levels;
 pub(crate) mod settings;

@@ -30,8 +30,7 @@ pub(crate) fn plugin(app: &mut App) {
 /// Whether a view draws the entity of a record.
 pub(crate) fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     match record.kind {
-        DrawKind::Free => true,
-        DrawKind::WholeMesh => !cut.visibility.contains(index),
+        DrawKind::Free | DrawKind::WholeMesh => true,
         DrawKind::Source => cut.state != ViewState::Cut,
         DrawKind::Unit { .. } => cut.visibility.contains(index),
     }

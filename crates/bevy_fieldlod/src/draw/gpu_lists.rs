@@ -2,9 +2,8 @@
 //!
 //! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. This module removes units and
 //! the sources of units from the lists of views that do not draw them, and adds them again as cuts change. Shadow views
-//! have the lists of their camera. Views that are newer than an entity, or that
-//! change their layers, get new lists: Bevy adds only changed entities, and treats a view without layers as one that sees
-//! all layers.
+//! have the lists of their camera. Views that are newer than an entity, or that change their layers, get new lists: Bevy
+//! adds only changed entities, and treats a view without layers as one that sees all layers.
 
 use std::any::TypeId;
 
@@ -27,7 +26,7 @@ use crate::draw::list_changes::{ListChange, ListChanges};
 /// Which views draw which entities.
 #[derive(Resource, Default)]
 struct ListedEntities {
-    /// Entities that only views that mark them draw. Other entities are drawn by views that do not mark them.
+    /// Units and sources of units. A view draws those that it marks, and all other entities.
     listed: MainEntityHashSet,
     marked: MainEntityHashMap<MainEntityHashSet>,
     shadow_view: Option<MainEntity>,
@@ -83,7 +82,12 @@ impl ListedEntities {
                 entity,
                 is_marked,
             } => {
-                mark(self.marked.entry(view).or_default(), entity, is_marked);
+                let marked = self.marked.entry(view).or_default();
+                if is_marked {
+                    marked.insert(entity);
+                } else {
+                    marked.remove(&entity);
+                }
                 self.changed.push(entity);
             }
             ListChange::Touch(entity) => self.changed.push(entity),
@@ -97,16 +101,7 @@ impl ListedEntities {
     /// Whether the cut of a camera draws an entity.
     fn draws(&self, camera: Option<MainEntity>, entity: &MainEntity) -> bool {
         let marked = camera.and_then(|camera| self.marked.get(&camera));
-        let is_marked = marked.is_some_and(|marked| marked.contains(entity));
-        self.listed.contains(entity) == is_marked
-    }
-}
-
-fn mark(marked: &mut MainEntityHashSet, entity: MainEntity, is_marked: bool) {
-    if is_marked {
-        marked.insert(entity);
-    } else {
-        marked.remove(&entity);
+        !self.listed.contains(entity) || marked.is_some_and(|marked| marked.contains(entity))
     }
 }
 

@@ -17,7 +17,7 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 /// A change of what views draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ListChange {
-    /// Only views that mark this entity draw it. Views that mark an entity without `Add` do not draw it.
+    /// Only views that mark this entity draw it.
     Add(MainEntity),
     /// An entity was despawned or lost its levels.
     Remove(MainEntity),

@@ -1,10 +1,10 @@
-//! Takes the source meshes of units off the GPU while no view draws them, and puts them back.
+//! Removes the source meshes of units from the GPU while no view draws them, and uploads them again.
 //!
-//! Bevy keeps a mesh on the GPU as long as anything refers to it. Here the render world is told that a mesh was removed
-//! as soon as all entities that have it are drawn as units, and that it was added, with what main memory has of it,
-//! in the frame in which an entity or a view wants the source again.
+//! Bevy keeps a mesh on the GPU while any handle refers to it. This module tells Bevy's render world that a source was
+//! removed once all entities with that mesh are drawn as units. In the frame in which an entity or a view draws the
+//! source again, it tells that the mesh was added, with the data from main memory.
 //!
-//! Who has a mesh is looked up anew where something has come or gone that may: all other frames cost nothing.
+//! The users of meshes are searched only after a change that may affect the result, so most frames cost nothing.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -23,27 +23,27 @@ use crate::draw::units::LodUnit;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Source meshes that the GPU does not have.
+/// Source meshes that are not on the GPU.
 #[derive(Resource, Default)]
 pub(crate) struct ReleasedSources {
     released: HashSet<AssetId<Mesh>>,
-    /// Those that it has although all of their objects are drawn as units: others draw them as they are.
+    /// Sources of units that stay on the GPU, because other entities draw them.
     shared: HashSet<AssetId<Mesh>>,
-    /// Whether something may have come or gone that draws one of those.
+    /// Whether an entity with one of these meshes was added, changed or removed.
     is_stale: bool,
     /// Whether a view draws sources.
     any_view_draws_sources: bool,
-    /// What the render world has not heard of yet: whether the GPU is to have a mesh.
+    /// Changes for the render world: a mesh, and whether it must be on the GPU.
     changes: Mutex<Vec<(AssetId<Mesh>, bool)>>,
 }
 
 impl ReleasedSources {
-    /// Notes that an entity draws a mesh as it is from now on, or does no more.
-    pub(crate) fn note(&mut self, mesh: AssetId<Mesh>) {
-        self.is_stale |= self.concerns(mesh);
+    /// Records that an entity starts or stops drawing a mesh itself.
+    pub(crate) fn note_user(&mut self, mesh: AssetId<Mesh>) {
+        self.is_stale |= self.contains(mesh);
     }
 
-    fn concerns(&self, mesh: AssetId<Mesh>) -> bool {
+    fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         self.released.contains(&mesh) || self.shared.contains(&mesh)
     }
 }
@@ -56,10 +56,10 @@ pub(crate) fn plugin(app: &mut App) {
     };
     render_app.add_systems(
         ExtractSchedule,
-        tell_render_assets.after(AssetExtractionSystems),
+        change_render_assets.after(AssetExtractionSystems),
     );
-    app.add_observer(note_units::<Add>)
-        .add_observer(note_units::<Remove>)
+    app.add_observer(note_object::<Add>)
+        .add_observer(note_object::<Remove>)
         .add_observer(note_lost_mesh::<Mesh2d>)
         .add_observer(note_lost_mesh::<Mesh3d>)
         .add_systems(
@@ -71,7 +71,7 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-fn note_units<E: EntityEvent>(
+fn note_object<E: EntityEvent>(
     event: On<E, LodObject>,
     objects: Query<&LodObject>,
     mut sources: ResMut<ReleasedSources>,
@@ -88,29 +88,29 @@ fn note_lost_mesh<M: Component>(
     for<'a> &'a M: Into<AssetId<Mesh>>,
 {
     if let Ok(mesh) = meshes.get(lost.entity) {
-        sources.note(mesh.into());
+        sources.note_user(mesh.into());
     }
 }
 
-/// Whether sources may have to leave the GPU or come back.
+/// Whether the set of released sources may have to change.
 fn may_release(
     sources: Res<ReleasedSources>,
     views: Query<&ViewCut>,
     flat: Query<&Mesh2d, Changed<Mesh2d>>,
     config: Res<FieldLodAppConfig>,
 ) -> bool {
-    // Flat meshes draw their mesh as it is, and may get another handle in place.
+    // No observer runs when a handle is replaced in place. `track_objects` reports changes of `Mesh3d`.
     sources.is_stale
         || config.is_changed()
         || sources.any_view_draws_sources != any_draws_sources(&views)
-        || flat.iter().any(|mesh| sources.concerns(mesh.id()))
+        || flat.iter().any(|mesh| sources.contains(mesh.id()))
 }
 
 fn any_draws_sources(views: &Query<&ViewCut>) -> bool {
     views.iter().any(|cut| cut.state == ViewState::FullDetail)
 }
 
-/// Decides which sources the GPU is to have.
+/// Updates the sets of released and shared sources.
 fn release_sources(
     mut sources: ResMut<ReleasedSources>,
     drawn: Query<(Entity, &Mesh3d, Option<&LodObject>), Without<LodUnit>>,
@@ -123,53 +123,50 @@ fn release_sources(
     let sources = sources.bypass_change_detection();
     sources.is_stale = false;
     sources.any_view_draws_sources = any_draws_sources(&views);
-    let (mut spare, mut shared) = (HashSet::new(), HashSet::new());
+    let (mut unused, mut shared) = (HashSet::new(), HashSet::new());
     if !config.advanced.sources_on_gpu && !sources.any_view_draws_sources {
         let has_units = |object: &Option<&LodObject>| object.is_some_and(LodObject::has_units);
         let clustered = drawn.iter().filter(|(.., object)| has_units(object));
-        spare.extend(clustered.map(|(_, mesh, _)| mesh.id()));
-        // It comes back from main memory.
-        let is_kept = |mesh: &AssetId<Mesh>| {
+        unused.extend(clustered.map(|(_, mesh, _)| mesh.id()));
+        // Other sources could not be uploaded again.
+        let is_in_main_memory = |mesh: &AssetId<Mesh>| {
             let usage = meshes.get(*mesh).map(|mesh| mesh.asset_usage);
             usage == Some(RenderAssetUsages::default())
         };
-        spare.retain(is_kept);
-        // Whole meshes have it as their finest level, and may draw it in any frame.
+        unused.retain(is_in_main_memory);
+        // The finest level of a whole mesh is its source, which a view may need in any frame.
         let others = drawn.iter().filter(|(.., object)| !has_units(object));
         let others = others.map(|(_, mesh, _)| mesh.id());
         for mesh in others.chain(flat.iter().map(|mesh| mesh.id())) {
-            shared.extend(spare.take(&mesh));
+            shared.extend(unused.take(&mesh));
         }
     }
-    let ReleasedSources {
-        released, changes, ..
-    } = &mut *sources;
-    let changes = changes.get_mut().unwrap_or_else(PoisonError::into_inner);
-    changes.extend(spare.difference(released).map(|mesh| (*mesh, false)));
-    let back: HashSet<AssetId<Mesh>> = released.difference(&spare).copied().collect();
-    changes.extend(back.iter().map(|mesh| (*mesh, true)));
-    (sources.released, sources.shared) = (spare, shared);
-    if back.is_empty() {
+    let changes = sources.changes.get_mut();
+    let changes = changes.unwrap_or_else(PoisonError::into_inner);
+    let released = unused.difference(&sources.released);
+    changes.extend(released.map(|mesh| (*mesh, false)));
+    let returned: HashSet<_> = sources.released.difference(&unused).copied().collect();
+    changes.extend(returned.iter().map(|mesh| (*mesh, true)));
+    (sources.released, sources.shared) = (unused, shared);
+    if returned.is_empty() {
         return;
     }
     // Bevy caches the place of a mesh in the buffers of the GPU.
     for (entity, mesh, _) in &drawn {
-        if back.contains(&mesh.id()) {
+        if returned.contains(&mesh.id()) {
             drawn_meshes.extract_again(entity);
         }
     }
 }
 
-/// Lets Bevy take meshes off the GPU, and send them there again.
-fn tell_render_assets(
+/// Makes Bevy free the buffers of released meshes, and upload returned ones.
+fn change_render_assets(
     sources: Extract<Res<ReleasedSources>>,
     meshes: Extract<Res<Assets<Mesh>>>,
     mut extracted: ResMut<ExtractedAssets<RenderMesh>>,
 ) {
-    let mut changes = sources
-        .changes
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
+    let changes = sources.changes.lock();
+    let mut changes = changes.unwrap_or_else(PoisonError::into_inner);
     for (id, is_wanted) in changes.drain(..) {
         let extracted = &mut *extracted;
         if !is_wanted {

@@ -60,17 +60,14 @@ struct UnitSpawn {
 pub(crate) fn spawn_units(world: &mut World) {
     let mut spawns = take_unit_spawns(&mut world.resource_mut::<LodScene>());
     make_meshes(world, &mut spawns);
+    draw_sources_of_missing_units(world, &spawns);
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for spawn in spawns {
             let (record, object) = (spawn.record, spawn.unit.object);
             // A record may be listed twice: for a despawned unit, and for the unit that reuses the record.
-            if world
-                .resource::<LodScene>()
-                .records
-                .entity(record)
-                .is_some()
-            {
+            let records = &world.resource::<LodScene>().records;
+            if records.entity(record).is_some() || records.unit(record).is_none() {
                 continue;
             }
             let Some(unit) = spawn_unit(world, spawn) else {
@@ -145,6 +142,22 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     }
     for spawn in spawns.iter_mut().filter(|spawn| spawn.mesh.is_none()) {
         spawn.mesh = handles.get(&(spawn.lod.id, spawn.index)).cloned();
+    }
+}
+
+/// Draws the source of objects with a unit whose mesh could not be made.
+///
+/// A program has changed or removed the source in this frame, and the event arrives in the next frame. Without the unit,
+/// the surface would have a hole until then.
+fn draw_sources_of_missing_units(world: &mut World, spawns: &[UnitSpawn]) {
+    for spawn in spawns.iter().filter(|spawn| spawn.mesh.is_none()) {
+        if let Ok(mut object) = world.get_entity_mut(spawn.unit.object)
+            && object.take::<LodObject>().is_some()
+            && let Some(mut mesh) = object.get_mut::<Mesh3d>()
+        {
+            // `track_objects` then gives it levels again.
+            mesh.set_changed();
+        }
     }
 }
 

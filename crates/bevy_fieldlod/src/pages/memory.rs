@@ -1,34 +1,7 @@
-//! The memory of streamed meshes, as a resource and as diagnostics.
+//! The memory of streamed meshes.
 
-use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
 use bevy::prelude::*;
 use fieldlod_stream::Residency;
-
-/// Bytes of streamed meshes on the GPU ([`FieldLodMemory`]).
-pub const RESIDENT_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/resident_bytes");
-/// Bytes on the GPU of all streamed pages that views need.
-pub const WANTED_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/wanted_bytes");
-/// Bytes of main memory of pages that are being loaded.
-pub const LOADING_BYTES: DiagnosticPath = DiagnosticPath::const_new("field_lod/loading_bytes");
-/// Pages that views need and that are not loaded.
-pub const MISSING_PAGES: DiagnosticPath = DiagnosticPath::const_new("field_lod/missing_pages");
-
-/// Registers the diagnostics and updates them at the end of each frame.
-pub(super) fn plugin(app: &mut App) {
-    app.init_resource::<FieldLodMemory>()
-        .register_diagnostic(Diagnostic::new(RESIDENT_BYTES))
-        .register_diagnostic(Diagnostic::new(WANTED_BYTES))
-        .register_diagnostic(Diagnostic::new(LOADING_BYTES))
-        .register_diagnostic(Diagnostic::new(MISSING_PAGES))
-        .add_systems(Last, measure.run_if(resource_changed::<FieldLodMemory>));
-}
-
-fn measure(mut diagnostics: Diagnostics, memory: Res<FieldLodMemory>) {
-    diagnostics.add_measurement(&RESIDENT_BYTES, || memory.resident_bytes as f64);
-    diagnostics.add_measurement(&WANTED_BYTES, || memory.wanted_bytes as f64);
-    diagnostics.add_measurement(&LOADING_BYTES, || memory.loading_bytes as f64);
-    diagnostics.add_measurement(&MISSING_PAGES, || f64::from(memory.missing_pages));
-}
 
 /// The memory of the meshes of `.fieldpages` files, which have the budgets of
 /// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.

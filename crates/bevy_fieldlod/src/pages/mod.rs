@@ -19,7 +19,6 @@ mod streams;
 use bevy::prelude::*;
 
 pub use memory::FieldLodMemory;
-pub use memory::{LOADING_BYTES, MISSING_PAGES, RESIDENT_BYTES, WANTED_BYTES};
 use streams::PageStreams;
 
 use crate::api::events::FieldLodEvent;
@@ -35,7 +34,8 @@ pub struct FieldLodPagesPlugin;
 impl Plugin for FieldLodPagesPlugin {
     fn build(&self, app: &mut App) {
         let has_meshes = |streams: Res<PageStreams>| streams.has_meshes();
-        app.add_plugins((scene_pages::plugin, memory::plugin))
+        app.add_plugins(scene_pages::plugin)
+            .init_resource::<FieldLodMemory>()
             .init_resource::<PageStreams>()
             .add_systems(
                 PostUpdate,

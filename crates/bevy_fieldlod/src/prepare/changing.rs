@@ -9,9 +9,13 @@ use bevy::prelude::*;
 
 use crate::api::events::asset_name;
 
-/// Frames that a mesh must stay unchanged after its first change, and the upper limit of that time.
-const REST: [u32; 2] = [30, 960];
-/// Number of changes after which the log names the mesh.
+/// Frames that a mesh must stay unchanged after its first change: half a second at 60 frames per second. With fewer, a
+/// mesh that a user drags is baked between two movements of the mouse; with more, an edit shows its levels late.
+const FIRST_WAIT_FRAMES: u32 = 30;
+/// Upper limit of that number, 16 seconds. Without a limit, a mesh that was changed for an hour never has levels again.
+const MAX_WAIT_FRAMES: u32 = 960;
+/// Number of changes after which the log names the mesh: half a second of changes in every frame, since some edits are
+/// normal.
 const MANY_CHANGES: u32 = 30;
 
 /// All meshes that have changed since their first preparation.
@@ -25,7 +29,7 @@ struct ChangingMesh {
     /// The frame of the last change; `None` once it has stayed unchanged.
     changed_at: Option<u32>,
     /// Frames that it must stay unchanged.
-    rest: u32,
+    wait_frames: u32,
     changes: u32,
 }
 
@@ -36,13 +40,13 @@ impl ChangingMeshes {
             Some(changing) => changing,
             None if is_known => self.meshes.entry(mesh).or_insert(ChangingMesh {
                 changed_at: None,
-                rest: REST[0] / 2,
+                wait_frames: FIRST_WAIT_FRAMES / 2,
                 changes: 0,
             }),
             None => return,
         };
         if changing.changed_at.is_none() {
-            changing.rest = (changing.rest * 2).min(REST[1]);
+            changing.wait_frames = (changing.wait_frames * 2).min(MAX_WAIT_FRAMES);
         }
         changing.changed_at = Some(self.frame);
         changing.changes += 1;
@@ -51,13 +55,13 @@ impl ChangingMeshes {
             info!(
                 "{name} changes every few frames; drawing the source mesh until it stays unchanged for {} \
                  frames",
-                changing.rest
+                changing.wait_frames
             );
         }
     }
 
     /// Drops the data of a removed mesh.
-    pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) {
+    pub(super) fn remove(&mut self, mesh: AssetId<Mesh>) {
         self.meshes.remove(&mesh);
     }
 
@@ -68,15 +72,15 @@ impl ChangingMeshes {
     }
 
     /// Ends a frame, and returns the meshes that have stayed unchanged long enough.
-    pub(super) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
+    pub(super) fn take_stable(&mut self) -> Vec<AssetId<Mesh>> {
         self.frame = self.frame.wrapping_add(1);
-        let mut rested = Vec::new();
+        let mut stable = Vec::new();
         for (id, changing) in &mut self.meshes {
-            let has_rested = |&at: &u32| self.frame.wrapping_sub(at) > changing.rest;
-            if changing.changed_at.take_if(|at| has_rested(at)).is_some() {
-                rested.push(*id);
+            let is_stable = |&at: &u32| self.frame.wrapping_sub(at) > changing.wait_frames;
+            if changing.changed_at.take_if(|at| is_stable(at)).is_some() {
+                stable.push(*id);
             }
         }
-        rested
+        stable
     }
 }

@@ -23,6 +23,7 @@ use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
 use crate::scene::lod_mesh::{LodMesh, LodRequest};
+use crate::scene::lod_scene::LodScene;
 use crate::scene::rig::is_rigged;
 
 /// Prepares the levels of a mesh in another way than by a bake or a `.fieldlod` file.
@@ -113,25 +114,31 @@ impl LodMeshes {
         })
     }
 
-    /// Removes the entries of a mesh that changed or was removed, and returns the levels that were ready.
-    pub(super) fn forget(&mut self, mesh: AssetId<Mesh>) -> Vec<Arc<LodMesh>> {
+    /// Whether the levels of a mesh were requested.
+    pub(super) fn has_entries(&self, mesh: AssetId<Mesh>) -> bool {
+        self.entries.contains_key(&mesh)
+    }
+
+    /// Removes the entries of a mesh that changed or was removed. Its levels are freed with their last instance.
+    pub(super) fn drop_levels(&mut self, mesh: AssetId<Mesh>, scene: &mut LodScene) {
         #[cfg(feature = "bake")]
-        self.together.forget(mesh);
-        let levels = self.ready(mesh).cloned().collect();
+        self.together.remove_groups_of(mesh);
+        for lod in self.ready(mesh).cloned() {
+            scene.retire(lod);
+        }
         if self.entries.remove(&mesh).is_some() {
             self.count_in_preparation();
         }
-        levels
     }
 
-    /// Removes everything else that is stored for a removed mesh.
-    pub(super) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+    /// Removes everything that is stored for a removed mesh, except its levels.
+    pub(super) fn remove_source(&mut self, mesh: AssetId<Mesh>) {
         self.file_of.remove(&mesh);
         self.providers.remove(&mesh);
         self.rigged.remove(&mesh);
-        self.changing.forget(mesh);
+        self.changing.remove(mesh);
         #[cfg(feature = "bake")]
-        self.together.forget_source(mesh);
+        self.together.remove_source(mesh);
     }
 
     /// The meshes with levels from `file`; with `only_failed`, those without any levels.
@@ -178,27 +185,27 @@ impl LodMeshes {
     pub(super) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
         #[cfg(feature = "bake")]
         {
-            self.together.forget(mesh);
+            self.together.remove_groups_of(mesh);
             // The glTF file of the mesh may have changed.
             if self.rigged.contains_key(&mesh) {
                 self.rigged_files.clear();
             }
         }
-        let is_known = self.entries.contains_key(&mesh);
+        let is_known = self.has_entries(mesh);
         self.changing.note(mesh, is_known, assets);
         is_known
     }
 
     /// Ends a frame for changing meshes. Returns the meshes that have stopped changing, and all meshes that were baked
     /// together with them.
-    pub(super) fn take_rested(&mut self) -> Vec<AssetId<Mesh>> {
-        let rested = self.changing.take_rested();
+    pub(super) fn take_stable(&mut self) -> Vec<AssetId<Mesh>> {
+        let stable = self.changing.take_stable();
         #[cfg(feature = "bake")]
-        let rested = rested
+        let stable = stable
             .into_iter()
             .flat_map(|mesh| self.together.with_others(mesh))
             .collect();
-        rested
+        stable
     }
 
     /// All entries, each with its mesh.

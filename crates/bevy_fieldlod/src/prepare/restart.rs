@@ -25,7 +25,7 @@ pub(super) struct RestartObjects;
 pub(super) fn plugin(app: &mut App) {
     let systems = (
         restart_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
-        restart_rested_meshes,
+        restart_stable_meshes,
         restart_reloaded_files.run_if(on_message::<AssetEvent<BakedLods>>),
         restart_lost_levels,
     );
@@ -48,21 +48,16 @@ struct Restart<'w, 's> {
 }
 
 impl Restart<'_, '_> {
-    /// Drops the levels of a mesh. They are freed with their last instance.
-    fn forget(&mut self, mesh: AssetId<Mesh>) {
-        for lod in self.known.forget(mesh) {
-            self.scene.retire(lod);
-        }
-    }
-
-    /// Drops the levels of meshes, and makes their entities look as if they had just got their mesh, so that
-    /// `track_objects` visits them.
+    /// Drops the levels of meshes, which are freed with their last instance. Marks the meshes of their entities as
+    /// changed, so that `track_objects` visits the entities.
     fn restart(&mut self, outdated: impl IntoIterator<Item = AssetId<Mesh>>) {
         let outdated: HashSet<AssetId<Mesh>> = outdated.into_iter().collect();
         if outdated.is_empty() {
             return;
         }
-        outdated.iter().for_each(|mesh| self.forget(*mesh));
+        for mesh in &outdated {
+            self.known.drop_levels(*mesh, &mut self.scene);
+        }
         for (entity, mesh) in &self.entities {
             if outdated.contains(&mesh.id()) {
                 self.commands
@@ -87,8 +82,8 @@ fn restart_changed_meshes(
                 changed.push(*id);
             }
             AssetEvent::Removed { id } => {
-                restart.forget(*id);
-                restart.known.forget_source(*id);
+                changed.extend(restart.known.has_entries(*id).then_some(*id));
+                restart.known.remove_source(*id);
             }
             _ => {}
         }
@@ -97,9 +92,9 @@ fn restart_changed_meshes(
 }
 
 /// Handles meshes that have stopped changing.
-fn restart_rested_meshes(mut restart: Restart) {
-    let rested = restart.known.take_rested();
-    restart.restart(rested);
+fn restart_stable_meshes(mut restart: Restart) {
+    let stable = restart.known.take_stable();
+    restart.restart(stable);
 }
 
 /// Handles files that were reloaded, or loaded after a failure.
@@ -138,10 +133,7 @@ pub(super) fn drop_unused_levels(
     }
     let mut unused = known.unused();
     for mesh in unused.extract_if(|mesh| last_unused.contains(mesh)) {
-        known
-            .forget(mesh)
-            .into_iter()
-            .for_each(|lod| scene.retire(lod));
+        known.drop_levels(mesh, &mut scene);
     }
     *last_unused = unused;
 }

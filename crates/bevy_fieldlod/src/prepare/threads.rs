@@ -74,13 +74,18 @@ impl Threads {
     }
 }
 
-/// Sets the priority of a thread. In the background, a busy game gets nine tenths of a shared core. With the lowest
-/// priority, bakes would starve beside a game that uses all cores.
+/// Priority of background threads, from 0 to 99: "below normal" on Windows, niceness 10 on Linux. On a core that a game
+/// uses all the time, the Linux scheduler gives a tenth to a bake (weights 110 and 1024). With the lowest priority, bakes
+/// starve beside a game without a frame limit; with the normal one, its frames take up to twice as long.
+#[cfg(feature = "bake")]
+const BACKGROUND_PRIORITY: u8 = 22;
+
+/// Sets the priority of a thread.
 fn set_priority(priority: LodPriority) {
     // If the system refuses, bakes compete with the game.
     #[cfg(feature = "bake")]
     if priority == LodPriority::Background
-        && let Ok(below_normal) = ThreadPriorityValue::try_from(22)
+        && let Ok(below_normal) = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
     {
         let _ = set_current_thread_priority(ThreadPriority::Crossplatform(below_normal));
     }

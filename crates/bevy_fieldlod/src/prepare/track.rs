@@ -116,7 +116,7 @@ fn track_objects(
             continue;
         }
         // The entity starts again without levels.
-        sources.note(mesh.id());
+        sources.note_user(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodWaiting)>();
         // A clone has it of its original.

@@ -28,7 +28,7 @@ pub(crate) struct DrawRecord {
     pub(crate) kind: DrawKind,
     /// `None` until a unit is spawned.
     entity: Option<Entity>,
-    /// How many views draw this unit.
+    /// Number of views that draw this unit.
     view_count: u32,
     /// The frame in which the last view stopped drawing this unit.
     idle_since: u32,
@@ -44,7 +44,7 @@ pub(crate) struct DrawRecords {
     freed: Vec<u32>,
     /// Records to reuse.
     free: Vec<u32>,
-    /// How many are of units.
+    /// Number of records of units.
     unit_count: usize,
     /// Records of units and of their sources that got an entity, and entities that lost their record, since the
     /// last call of [`DrawRecords::take_moves`].
@@ -55,11 +55,10 @@ pub(crate) struct DrawRecords {
 const NO_RECORD: u32 = u32::MAX;
 
 impl DrawRecords {
-    /// Adds a record for `entity` and returns its number.
-    pub(crate) fn add_entity(&mut self, entity: Entity, kind: DrawKind) -> u32 {
+    /// Adds a record for `entity`.
+    pub(crate) fn add_entity(&mut self, entity: Entity, kind: DrawKind) {
         let record = self.add(DrawRecord { kind, ..default() });
         self.set_entity(record, entity);
-        record
     }
 
     /// Adds a record for a unit that has no entity yet, and returns its number.
@@ -81,7 +80,7 @@ impl DrawRecords {
         self.records.len() as u32 - 1
     }
 
-    /// The record of an entity, with its number.
+    /// The number and the record of an entity.
     pub(crate) fn find(&self, entity: Entity) -> Option<(u32, &DrawRecord)> {
         let index = *self.record_of_entity.get(entity.index_u32() as usize)?;
         let record = self.records.get(index as usize)?;
@@ -89,7 +88,7 @@ impl DrawRecords {
         (record.entity == Some(entity)).then_some((index, record))
     }
 
-    /// Lets `entity` draw what `record` describes.
+    /// Sets the entity that draws a record.
     pub(crate) fn set_entity(&mut self, record: u32, entity: Entity) {
         let index = entity.index_u32() as usize;
         if self.record_of_entity.len() <= index {
@@ -145,11 +144,8 @@ impl DrawRecords {
         self.records[record as usize].view_count += 1;
     }
 
-    /// Counts one view less that draws this unit, and returns whether it was the last.
+    /// Counts one view fewer that draws this unit, and returns whether it was the last.
     pub(crate) fn leave_view(&mut self, record: u32, frame: u32) -> bool {
-        if self.unit(record).is_none() {
-            return false;
-        }
         let record = &mut self.records[record as usize];
         record.view_count = record.view_count.saturating_sub(1);
         record.idle_since = frame;

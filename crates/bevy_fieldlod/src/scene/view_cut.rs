@@ -42,8 +42,7 @@ pub(crate) enum ViewState {
     Cut,
 }
 
-/// A bit for each draw record. For a unit it tells whether the unit is in the cut of the view. For a whole mesh it
-/// tells whether the view leaves the mesh out, because of its layers.
+/// A bit for each draw record of a unit: whether the unit is in the cut of the view.
 #[derive(Default)]
 pub(crate) struct CutVisibility {
     is_visible: Vec<bool>,

@@ -1,6 +1,6 @@
 //! The mip level that a surface needs (Lin and Lee 2004, §4.1.4), for texture streaming.
 //!
-//! In: the views and objects of the scene. Out: [`TextureDetail`] and [`FieldLodTextureDemand`].
+//! In: the views and objects of the scene. Out: [`FieldLodTextureDemand`].
 
 use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
@@ -13,8 +13,8 @@ use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::{LodScene, largest_scale};
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Keeps [`TextureDetail`] and [`FieldLodTextureDemand`] up to date for all meshes with levels of detail and texture
-/// coordinates. It does not stream textures itself.
+/// Keeps [`FieldLodTextureDemand`] up to date for all meshes with levels of detail and texture coordinates. It does not
+/// stream textures itself.
 ///
 /// ```
 /// use bevy::prelude::*;
@@ -34,17 +34,16 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodTexturePlugin;
 
-/// How finely views sample the texture of a surface. The plugin inserts it on mesh entities with levels of detail that
-/// a view sees. It is an upper bound over the mesh's bounding sphere, for the mean density of its texture coordinates.
-#[derive(Component, Clone, Copy, Debug, PartialEq, Reflect)]
-#[reflect(Component, Clone, PartialEq)]
+/// How finely views sample the texture of a surface. It is an upper bound over the bounding sphere of a mesh, for the mean
+/// density of its texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureDetail {
     /// Pixels per unit of texture coordinates: the square root of `c·n` divided by the texture area per surface area.
     /// Infinite if the camera is inside the sphere.
     pub pixels_per_uv: f32,
 }
 
-/// For each material, the finest [`TextureDetail`] of its entities.
+/// For each material, the finest [`TextureDetail`] of the entities that a view sees.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct FieldLodTextureDemand {
     /// One entry per [`StandardMaterial`] that a view sees.
@@ -64,56 +63,42 @@ impl TextureDetail {
 
 impl Plugin for FieldLodTexturePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FieldLodTextureDemand>().add_systems(
-            PostUpdate,
-            (measure_objects, gather_materials)
-                .chain()
-                .after(FieldLodSystems::Select),
-        );
+        app.init_resource::<FieldLodTextureDemand>()
+            .add_systems(PostUpdate, measure_materials.after(FieldLodSystems::Select));
     }
 }
 
-/// Updates the [`TextureDetail`] of each object.
-fn measure_objects(
-    mut commands: Commands,
+/// Finds the finest detail that each material needs.
+fn measure_materials(
     views: Query<(&ViewCut, &GlobalTransform)>,
     scene: Res<LodScene>,
-    mut objects: Query<(
+    objects: Query<(
         Entity,
         &LodObject,
         &Aabb,
         &GlobalTransform,
-        Option<&mut TextureDetail>,
+        &MeshMaterial3d<StandardMaterial>,
     )>,
-    former_objects: Query<Entity, (With<TextureDetail>, Without<LodObject>)>,
+    mut demand: ResMut<FieldLodTextureDemand>,
 ) {
-    for (entity, object, aabb, transform, detail) in &mut objects {
+    let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
+    for (entity, object, aabb, transform, material) in &objects {
         let instance = scene.instance_of(entity);
         let placement = instance.map(|instance| scene.scene.placement(instance.id));
         let scale = placement.map_or(1.0, |placement| largest_scale(&placement));
-        let pixels_per_uv = views
-            .iter()
-            .filter_map(|(cut, pose)| {
-                pixels_per_uv(cut, pose, object.mesh.uv_per_area, scale, aabb, transform)
-            })
-            .reduce(f32::max);
-        let measured = pixels_per_uv.map(|pixels_per_uv| TextureDetail { pixels_per_uv });
-        match (measured, detail) {
-            (Some(measured), Some(mut detail)) => {
-                detail.set_if_neq(measured);
-            }
-            (Some(measured), None) => {
-                commands.entity(entity).try_insert(measured);
-            }
-            (None, Some(_)) => {
-                commands.entity(entity).try_remove::<TextureDetail>();
-            }
-            (None, None) => {}
+        let of_views = views.iter().filter_map(|(cut, pose)| {
+            pixels_per_uv(cut, pose, object.mesh.uv_per_area, scale, aabb, transform)
+        });
+        if let Some(pixels_per_uv) = of_views.reduce(f32::max) {
+            let finest = of_standard_materials
+                .entry(material.id())
+                .or_insert(TextureDetail { pixels_per_uv });
+            finest.pixels_per_uv = finest.pixels_per_uv.max(pixels_per_uv);
         }
     }
-    for entity in &former_objects {
-        commands.entity(entity).try_remove::<TextureDetail>();
-    }
+    demand.set_if_neq(FieldLodTextureDemand {
+        of_standard_materials,
+    });
 }
 
 /// Pixels per unit of texture coordinates; `None` outside the view or without texture coordinates.
@@ -141,23 +126,6 @@ fn pixels_per_uv(
     // Samples per surface area, divided by texture area per surface area, are samples per texture area.
     let strength = camera.strength_over_sphere(center, radius).or_infinity();
     Some((strength * scale * scale / uv_per_area).sqrt())
-}
-
-/// Finds the finest detail that each material needs.
-fn gather_materials(
-    objects: Query<(&TextureDetail, &MeshMaterial3d<StandardMaterial>)>,
-    mut demand: ResMut<FieldLodTextureDemand>,
-) {
-    let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
-    for (detail, material) in &objects {
-        let finest = of_standard_materials
-            .entry(material.id())
-            .or_insert(*detail);
-        finest.pixels_per_uv = finest.pixels_per_uv.max(detail.pixels_per_uv);
-    }
-    demand.set_if_neq(FieldLodTextureDemand {
-        of_standard_materials,
-    });
 }
 
 #[cfg(test)]

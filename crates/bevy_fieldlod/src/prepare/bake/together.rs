@@ -62,13 +62,14 @@ impl AllTogether {
     }
 
     /// Drops the groups of a mesh that changed.
-    pub(in crate::prepare) fn forget(&mut self, mesh: AssetId<Mesh>) {
+    pub(in crate::prepare) fn remove_groups_of(&mut self, mesh: AssetId<Mesh>) {
         let has = |expected: &Expected| expected.all.ids.contains(&mesh);
         self.expected.retain(|expected| !has(expected));
     }
 
     /// Drops the data of a removed mesh.
-    pub(in crate::prepare) fn forget_source(&mut self, mesh: AssetId<Mesh>) {
+    pub(in crate::prepare) fn remove_source(&mut self, mesh: AssetId<Mesh>) {
+        self.remove_groups_of(mesh);
         self.others_of.remove(&mesh);
     }
 

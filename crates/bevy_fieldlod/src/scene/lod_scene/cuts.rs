@@ -28,10 +28,6 @@ impl LodScene {
         // The cut of a whole mesh is one unit, its level, or empty on layers that the view does not draw.
         if instance.level.is_some() {
             self.whole_meshes_to_swap.push(index as u32);
-            let is_hidden = change.entered.is_empty();
-            if view.contains(instance.record) != is_hidden {
-                view.set(instance.record, is_hidden);
-            }
             return;
         }
         // Units become idle when their last view stops drawing them.

@@ -53,8 +53,6 @@ pub(crate) struct LodInstance {
     pub(crate) id: InstanceId,
     pub(crate) entity: Entity,
     pub(crate) mesh: Arc<LodMesh>,
-    /// Its draw record.
-    pub(crate) record: u32,
     /// The layers that it is drawn on; 0 while it is hidden.
     pub(crate) layers: u64,
     /// The level that the entity itself draws as a whole mesh; `None` if units draw it.
@@ -117,7 +115,7 @@ impl LodScene {
             self.clustered_count += 1;
             (DrawKind::Source, None)
         };
-        let record = self.records.add_entity(entity, kind);
+        self.records.add_entity(entity, kind);
         let id = self
             .scene
             .add_instance(mesh.id, world_from_local, auto_lod.bias);
@@ -129,7 +127,6 @@ impl LodScene {
             id,
             entity,
             mesh: mesh.clone(),
-            record,
             layers,
             level,
             units: Vec::new(),

@@ -150,6 +150,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     add_clips(&mut import, &arguments.clips)?;
     let fault = import.first_fault().filter(|_| arguments.strict);
     fault.map_or(Ok(()), |fault| Err(fail(fault)))?;
+    if arguments.pages {
+        check_fits_pages(input, &import)?;
+    }
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
     let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
@@ -309,14 +312,27 @@ fn read_images(input: &Path, source: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, F
     files.into_iter().map(read).collect()
 }
 
+/// Fails for skinned and morphed meshes: pages have neither joints nor morph targets.
+fn check_fits_pages(input: &Path, import: &Import) -> Result<(), Failure> {
+    let mut primitives = import.primitives.iter();
+    match primitives.find(|primitive| primitive.rig.is_some()) {
+        Some(rigged) => {
+            let place = &rigged.place;
+            let fault = format!(
+                "{place}: pages cannot hold skinned or morphed meshes; use --scene, which keeps them out of the pages"
+            );
+            Err(Failure::new(input, fault))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Adds the clips of other files.
 pub(crate) fn add_clips(import: &mut Import, files: &[PathBuf]) -> Result<(), Failure> {
     for path in files {
         let file = import_gltf(path).map_err(|error| Failure::new(path, error))?;
-        if import.add_clips(file) == 0 {
-            let fault = "no animation moves a node of the baked file";
-            return Err(Failure::new(path, fault));
-        }
+        let added = import.add_clips(file);
+        added.map_err(|fault| Failure::new(path, fault))?;
     }
     Ok(())
 }

@@ -5,8 +5,8 @@ mod common;
 use common::character::{LENGTH, character, character_of, influence};
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, Character, ClipFault, Import, MeshError, PrimitiveFault, RigFault, RiggedVerified, SkipReason,
-    VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, distances,
+    BakeConfig, Character, ClipFault, Import, MeshError, PrimitiveFault, RigFault, RiggedVerified,
+    SkipReason, VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, distances,
     import_gltf_bytes, verify_rigged,
 };
 use fieldlod_hierarchy::{BakedFile, Hierarchy};

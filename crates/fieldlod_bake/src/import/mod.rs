@@ -42,7 +42,7 @@ pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
 pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, Skin};
 pub use rig_fault::{ClipFault, RigFault};
-pub use unpack::unpack_gltf;
+pub use unpack::{UnpackedGltf, unpack_gltf};
 
 use crate::mesh::SourceMesh;
 use buffers::Buffers;

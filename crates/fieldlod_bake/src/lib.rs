@@ -86,9 +86,10 @@ pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{
-    AccessorFault, BufferFault, Channel, Clip, ImageFault, Import, ImportError, ImportedPrimitive,
-    Interpolation, Node, PackedViewFault, PrimitiveFault, PrimitivePlace, Property, Rig, RigFault,
-    Skin, SkipReason, Skipped, UnreadImage, import_gltf, import_gltf_bytes, unpack_gltf,
+    AccessorFault, BufferFault, Channel, Clip, ClipFault, ImageFault, Import, ImportError,
+    ImportedPrimitive, Interpolation, Node, PackedViewFault, PrimitiveFault, PrimitivePlace,
+    Property, Rig, RigFault, Skin, SkipReason, Skipped, UnpackedGltf, UnreadImage, import_gltf,
+    import_gltf_bytes, unpack_gltf,
 };
 #[cfg(any(test, feature = "test-support"))]
 pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};

@@ -5,8 +5,8 @@ mod common;
 use common::character::{LENGTH, character, character_of, influence};
 use common::gltf_file::GltfFile;
 use fieldlod_bake::{
-    BakeConfig, Character, Import, PrimitiveFault, RigFault, RiggedVerified, SkipReason,
-    VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, distances,
+    BakeConfig, Character, ClipFault, Import, MeshError, PrimitiveFault, RigFault, RiggedVerified,
+    SkipReason, VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, distances,
     import_gltf_bytes, verify_rigged,
 };
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
@@ -121,21 +121,6 @@ fn files_hold_characters_beside_static_meshes() {
     assert_eq!(BakedFile::from_bytes(&bytes).unwrap(), outcome.file);
 }
 
-/// The triangles of the whole character at each level.
-fn levels(character: &Character<'_>, baked: &[Hierarchy]) -> Vec<Vec<[u32; 3]>> {
-    let level = |level: usize| {
-        let parts = character.parts.iter().zip(baked);
-        let own = parts.flat_map(|(part, hierarchy)| {
-            let unit = &hierarchy.units[level];
-            let first = part.vertices.start;
-            let triangles = hierarchy.triangles_of(unit);
-            triangles.map(move |triangle| triangle.map(|vertex| first + vertex))
-        });
-        own.collect()
-    };
-    (0..baked[0].units.len()).map(level).collect()
-}
-
 /// Baked from bent joints, measured in clips.
 #[test]
 fn promise_holds_in_clips_that_the_bake_has_not_seen() {
@@ -145,7 +130,9 @@ fn promise_holds_in_clips_that_the_bake_has_not_seen() {
     let character = &Character::all_of(&import)[0];
     let poses = clip_poses(character, &import, &clips);
     assert!(poses.len() > 20, "{}", poses.len());
-    let levels = levels(character, &baked);
+    let parts: Vec<&Hierarchy> = baked.iter().collect();
+    let levels = (0..baked[0].units.len()).map(|level| character.triangles_at(&parts, level));
+    let levels: Vec<Vec<[u32; 3]>> = levels.collect();
     let measured = distances(character, &poses, &levels);
     for (level, distances) in measured.iter().enumerate().skip(1) {
         let promise = baked[0].groups[level - 1].deviation_in_local;
@@ -168,6 +155,61 @@ fn spheres_hold_the_character_in_clips_and_targets() {
         }
     }
     assert!(sphere.contains(Vec3::new(0.2 * LENGTH, LENGTH, 0.0)));
+}
+
+/// The second part is a copy of the first that follows another joint.
+#[test]
+fn triangles_that_coincide_in_bind_pose_are_measured() {
+    let mut file = character_of(4, 1.0);
+    let mut copy = file.primitive().clone();
+    let count = file.accessor_of("JOINTS_0")["count"].as_u64().unwrap() as usize;
+    let joints = file.add_accessor(&vec![2; count * 4], 5121, "VEC4", count);
+    copy["attributes"]["JOINTS_0"] = json!(joints);
+    file.json["meshes"][0]["primitives"][1] = copy;
+    let import = import(&mut file);
+    let character = &Character::all_of(&import)[0];
+    let poses = clip_poses(character, &import, &import.clips);
+    let measured = distances(character, &poses, &[character.triangles()]);
+    assert!(measured[0].max() < 1e-4, "{measured:?}");
+}
+
+#[test]
+fn nodes_with_other_morph_weights_are_posed() {
+    let mut file = character_of(4, 1.0);
+    let instance = json!({ "mesh": 0, "skin": 0, "weights": [5.0] });
+    file.list("nodes").push(instance);
+    let import = import(&mut file);
+    let sphere = bake(&import)[0].groups[0].bounds;
+    assert!(sphere.contains(Vec3::new(LENGTH, LENGTH, 0.0)));
+}
+
+#[test]
+fn clips_of_other_files_move_nodes_of_the_same_names() {
+    let clips = import(&mut character_of(2, 1.0));
+    let mut file = character_of(2, 1.0);
+    file.json["animations"] = json!([]);
+    let mut plain = import(&mut file);
+    plain.add_clips(clips.clone()).unwrap();
+    assert_eq!(plain.clips, clips.clips);
+    file.json["nodes"][0]["name"] = json!("middle");
+    let ambiguous = import(&mut file).add_clips(clips.clone());
+    let fault = ClipFault::AmbiguousNode("middle".into());
+    assert_eq!(ambiguous, Err(fault));
+    for node in 1..4 {
+        file.json["nodes"][node]["name"] = json!("other");
+    }
+    file.json["nodes"][0]["name"] = json!("other");
+    let unknown = import(&mut file).add_clips(clips);
+    assert_eq!(unknown, Err(ClipFault::NoNode));
+}
+
+#[test]
+fn characters_beyond_16_bit_indices_are_rejected() {
+    let import = import(&mut character_of(4_100, 1.0));
+    for (_, baked) in bake_rigged(&import, &BakeConfig::default()) {
+        let vertices = 4_101 * 16;
+        assert_eq!(baked, Err(MeshError::TooLargeForRig { vertices }));
+    }
 }
 
 /// Changes the first part of a baked character, and returns what verification finds.

@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use fieldlod_bake::{
-    BakeConfig, BakeOutcome, BakeProgress, Import, ImportError, Skipped, bake_import, import_gltf,
-    import_gltf_bytes, unpack_gltf,
+    BakeConfig, BakeOutcome, BakeProgress, Import, ImportError, Skipped, UnpackedGltf, bake_import,
+    import_gltf, import_gltf_bytes, unpack_gltf,
 };
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
 use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
@@ -79,6 +79,21 @@ impl Arguments {
             ..self.preset.config()
         }
     }
+
+    fn precision(&self) -> Precision {
+        if self.quantize {
+            Precision::Quantized16
+        } else {
+            Precision::Lossless
+        }
+    }
+
+    fn page_options(&self) -> PageOptions {
+        PageOptions {
+            precision: self.precision(),
+            ..PageOptions::default()
+        }
+    }
 }
 
 impl Preset {
@@ -131,33 +146,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let default_output = || input.with_extension(extension);
     let output = arguments.output.clone().unwrap_or_else(default_output);
     let started = Instant::now();
-    // Everything that can be refused is refused before the bake.
+    // Bakes may take minutes, so all that can fail before is checked before.
     if arguments.scene {
         check_scene_folder(input, &output)?;
     } else {
         check_writable(input, &output)?;
     }
-    let fail = |error| Failure::new(input, error);
-    let folder = input.parent().unwrap_or(Path::new(""));
-    let beside = |name: &str| fs::read(folder.join(name));
-    let mut source = fs::read(input).map_err(|error| fail(ImportError::Read(error)))?;
-    let mut images = Vec::new();
-    if arguments.scene {
-        source = unpack_gltf(&source, &beside).map_err(fail)?;
-        images = read_images(input, &source)?;
-    }
-    let mut import = import_gltf_bytes(&source, &beside).map_err(fail)?;
-    add_clips(&mut import, &arguments.clips)?;
-    let fault = import.first_fault().filter(|_| arguments.strict);
-    fault.map_or(Ok(()), |fault| Err(fail(fault)))?;
+    let (import, scene) = read(arguments)?;
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
     let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
-        precision: if arguments.quantize {
-            Precision::Quantized16
-        } else {
-            Precision::Lossless
-        },
+        precision: arguments.precision(),
         beside_source: arguments.beside_source,
     };
     let mut bytes = outcome.file.to_bytes_with(options);
@@ -166,32 +165,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
-    let page_options = PageOptions {
-        precision: options.precision,
-        ..PageOptions::default()
-    };
-    // Rounding a second time changes nothing.
+    // Quantized values stay the same when they are quantized again.
     if arguments.pages {
-        bytes = PagedFile::to_bytes(&outcome.file, page_options);
+        bytes = PagedFile::to_bytes(&outcome.file, arguments.page_options());
     }
     let mut warnings = Vec::new();
     if let Some(edges) = edges {
         warnings.extend(coarse_grids(&outcome.file, &edges));
     }
-    let written = if arguments.scene {
-        let paths = ScenePaths::of(input, &output);
-        let large_from = arguments.large_from;
-        let scene = Scene::new(
-            &source,
-            outcome.file.clone(),
-            &paths.pages_name(),
-            large_from,
-        );
-        let scene = scene.map_err(|fault| Failure::new(input, fault))?;
-        warnings.extend(scene.dropped_extensions.iter().map(|name| {
-            format!("{name} is left out of meshes in pages: it refers to triangles that are not in the scene")
-        }));
-        write_scene(&output, &paths, scene, &images, page_options)?
+    let written = if let Some(scene) = scene {
+        scene.write(arguments, &output, &outcome.file, &mut warnings)?
     } else {
         write_whole(&output, &bytes)?;
         bytes.len() as u64
@@ -204,119 +187,151 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     print(&report, arguments.json, Report::text)
 }
 
-/// Creates a folder unless it exists.
+/// Reads the input, and the files of its scene with `--scene`.
+fn read(arguments: &Arguments) -> Result<(Import, Option<SceneFiles>), Failure> {
+    let input = &arguments.input;
+    let fail = |error| Failure::new(input, error);
+    let folder = input.parent().unwrap_or(Path::new(""));
+    let beside = |name: &str| fs::read(folder.join(name));
+    let mut bytes = fs::read(input).map_err(|error| fail(ImportError::Read(error)))?;
+    let mut scene = None;
+    if arguments.scene {
+        let source = unpack_gltf(&bytes, &beside).map_err(fail)?;
+        bytes = source.to_glb();
+        let images = read_images(input, &source)?;
+        scene = Some(SceneFiles { source, images });
+    }
+    let mut import = import_gltf_bytes(&bytes, &beside).map_err(fail)?;
+    add_clips(&mut import, &arguments.clips)?;
+    let fault = import.first_fault().filter(|_| arguments.strict);
+    fault.map_or(Ok(()), |fault| Err(fail(fault)))?;
+    if arguments.pages {
+        check_fits_pages(input, &import)?;
+    }
+    Ok((import, scene))
+}
+
+/// The source of a scene, and its images: their paths relative to the scene, and their bytes.
+struct SceneFiles {
+    source: UnpackedGltf,
+    images: Vec<(PathBuf, Vec<u8>)>,
+}
+
+/// The path of a file of the scene in `folder`.
+fn scene_path(input: &Path, folder: &Path, extension: &str) -> PathBuf {
+    let name = input.with_extension(extension);
+    folder.join(name.file_name().unwrap_or_default())
+}
+
+/// Fails if a scene in this folder would overwrite its source, or if a file has the folder's name.
+fn check_scene_folder(input: &Path, folder: &Path) -> Result<(), Failure> {
+    if folder.is_dir() {
+        return check_writable(input, &scene_path(input, folder, "glb"));
+    }
+    if folder.exists() {
+        return Err(Failure::new(folder, "could not be created: it is a file"));
+    }
+    Ok(())
+}
+
+impl SceneFiles {
+    /// Writes the scene and its files into a folder. Returns their size in bytes, without images.
+    fn write(
+        self,
+        arguments: &Arguments,
+        folder: &Path,
+        baked: &BakedFile,
+        warnings: &mut Vec<String>,
+    ) -> Result<u64, Failure> {
+        let input = &arguments.input;
+        let path = |extension| scene_path(input, folder, extension);
+        let pages = path("fieldpages");
+        let pages_name = pages.file_name().unwrap_or_default().to_string_lossy();
+        let scene = Scene::new(
+            self.source,
+            baked.clone(),
+            &pages_name,
+            arguments.large_from,
+        );
+        let scene = scene.map_err(|fault| Failure::new(input, fault))?;
+        warnings.extend(scene.dropped_extensions.iter().map(|name| {
+            format!("{name} is left out of meshes in pages: it refers to triangles that are not in the scene")
+        }));
+        let mut files = self.images;
+        for (path, _) in &mut files {
+            *path = folder.join(&*path);
+        }
+        let first_own = files.len();
+        if !scene.large.primitives.is_empty() {
+            let bytes = PagedFile::to_bytes(&scene.large, arguments.page_options());
+            files.push((pages.clone(), bytes));
+        }
+        if !scene.small.primitives.is_empty() {
+            let beside_source = FileOptions {
+                precision: arguments.precision(),
+                beside_source: true,
+            };
+            files.push((path("fieldlod"), scene.small.to_bytes_with(beside_source)));
+        }
+        // The scene comes last, so that the files that it names exist.
+        files.push((path("glb"), scene.glb));
+        let is_new = !folder.exists();
+        let written = files.iter().try_for_each(|(path, bytes)| {
+            make_folder(path.parent().unwrap_or(folder))?;
+            write_whole(path, bytes)
+        });
+        if written.is_err() && is_new {
+            // This only removes an empty folder. The failure to report is the other one.
+            let _ = fs::remove_dir(folder);
+        }
+        let own = files[first_own..].iter();
+        written.map(|()| own.map(|(_, bytes)| bytes.len() as u64).sum())
+    }
+}
+
 fn make_folder(folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder)
         .map_err(|error| Failure::new(folder, format!("could not be created: {error}")))
 }
 
-/// The files of a scene.
-struct ScenePaths {
-    scene: PathBuf,
-    pages: PathBuf,
-    levels: PathBuf,
-}
-
-impl ScenePaths {
-    fn of(input: &Path, folder: &Path) -> Self {
-        let named = |extension| {
-            let name = input.with_extension(extension);
-            folder.join(name.file_name().unwrap_or_default())
-        };
-        Self {
-            scene: named("glb"),
-            pages: named("fieldpages"),
-            levels: named("fieldlod"),
-        }
-    }
-
-    fn pages_name(&self) -> String {
-        let name = self.pages.file_name().unwrap_or_default();
-        name.to_string_lossy().into_owned()
-    }
-}
-
-/// Fails if a scene in this folder would overwrite its source, or if a file is in the way.
-fn check_scene_folder(input: &Path, folder: &Path) -> Result<(), Failure> {
-    if folder.is_dir() {
-        return check_writable(input, &ScenePaths::of(input, folder).scene);
-    }
-    match folder.exists() {
-        true => Err(Failure::new(folder, "could not be created: it is a file")),
-        false => Ok(()),
-    }
-}
-
-/// Writes a scene and its files into a folder. Returns their size in bytes.
-fn write_scene(
-    folder: &Path,
-    paths: &ScenePaths,
-    scene: Scene,
-    images: &[(PathBuf, Vec<u8>)],
-    options: PageOptions,
-) -> Result<u64, Failure> {
-    let beside_scene = FileOptions {
-        precision: options.precision,
-        beside_source: true,
-    };
-    let mut files = Vec::new();
-    if !scene.large.primitives.is_empty() {
-        files.push((&paths.pages, PagedFile::to_bytes(&scene.large, options)));
-    }
-    if !scene.small.primitives.is_empty() {
-        files.push((&paths.levels, scene.small.to_bytes_with(beside_scene)));
-    }
-    // The scene comes last: the files that it names exist by then.
-    files.push((&paths.scene, scene.glb));
-    let write_all = || {
-        for (name, bytes) in images {
-            let path = folder.join(name);
-            make_folder(path.parent().unwrap_or(folder))?;
-            write_whole(&path, bytes)?;
-        }
-        make_folder(folder)?;
-        let written = files.iter().map(|(path, bytes)| write_whole(path, bytes));
-        written.collect::<Result<(), Failure>>()
-    };
-    let is_new = !folder.exists();
-    if let Err(failure) = write_all() {
-        // Only an empty folder goes.
-        if is_new {
-            let _ = fs::remove_dir(folder);
-        }
-        return Err(failure);
-    }
-    Ok(files.iter().map(|(_, bytes)| bytes.len() as u64).sum())
-}
-
-/// Reads the images that a scene names: their paths in the folder of the scene, and their bytes.
-fn read_images(input: &Path, source: &[u8]) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
-    let files = image_files(source).map_err(|fault| Failure::new(input, fault))?;
-    let read = |uri: String| {
-        let decoded = percent_decode_str(&uri).decode_utf8_lossy();
+/// Reads the images that a scene names.
+fn read_images(input: &Path, source: &UnpackedGltf) -> Result<Vec<(PathBuf, Vec<u8>)>, Failure> {
+    let read = |uri: &str| {
+        let decoded = percent_decode_str(uri).decode_utf8_lossy();
         let path = Path::new(&*decoded);
         let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
         let from = input.with_file_name(path);
         if uri.contains(':') || !path.components().all(is_inside) {
-            return Err(Failure::new(
-                &from,
-                "could not be copied: it is outside the folder of the scene",
-            ));
+            let fault = "could not be copied: it is outside the folder of the scene";
+            return Err(Failure::new(&from, fault));
         }
         let bytes = fs::read(&from).map_err(|error| Failure::new(&from, error))?;
         Ok((path.components().collect(), bytes))
     };
-    files.into_iter().map(read).collect()
+    image_files(source).map(read).collect()
+}
+
+/// Fails for skinned and morphed meshes: pages have neither joints nor morph targets.
+fn check_fits_pages(input: &Path, import: &Import) -> Result<(), Failure> {
+    let mut primitives = import.primitives.iter();
+    match primitives.find(|primitive| primitive.rig.is_some()) {
+        Some(rigged) => {
+            let place = &rigged.place;
+            let fault = format!(
+                "{place}: pages cannot hold skinned or morphed meshes; use --scene, which keeps them out of the pages"
+            );
+            Err(Failure::new(input, fault))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Adds the clips of other files.
 pub(crate) fn add_clips(import: &mut Import, files: &[PathBuf]) -> Result<(), Failure> {
     for path in files {
         let file = import_gltf(path).map_err(|error| Failure::new(path, error))?;
-        if import.add_clips(file) == 0 {
-            let fault = "no animation moves a node of the baked file";
-            return Err(Failure::new(path, fault));
-        }
+        let added = import.add_clips(file);
+        added.map_err(|fault| Failure::new(path, fault))?;
     }
     Ok(())
 }
@@ -336,34 +351,31 @@ fn bake_with_progress(
     outcome.map_err(|error| Failure::new(input, error))
 }
 
-/// Fails before the bake instead of after it.
+/// Fails if `output` cannot be written, or if it is the input.
 fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
-    if output.is_dir() {
-        return Err(Failure::new(output, "could not be written: it is a folder"));
-    }
-    // The folder of the output must exist.
     let folder = output.parent().filter(|folder| *folder != Path::new(""));
-    if folder.is_some_and(|folder| !folder.is_dir()) {
-        return Err(Failure::new(output, "could not be written: no such folder"));
-    }
-    // The output must not be the input under another name.
-    let same = match (fs::canonicalize(input), fs::canonicalize(output)) {
+    // Two names may lead to one file.
+    let is_input = match (fs::canonicalize(input), fs::canonicalize(output)) {
         (Ok(input), Ok(output)) => input == output,
         _ => false,
     };
-    if same {
-        return Err(Failure::new(
-            output,
-            "would overwrite the file it is baked from",
-        ));
-    }
-    Ok(())
+    let fault = if output.is_dir() {
+        "could not be written: it is a folder"
+    } else if folder.is_some_and(|folder| !folder.is_dir()) {
+        "could not be written: no such folder"
+    } else if is_input {
+        "would overwrite the file it is baked from"
+    } else {
+        return Ok(());
+    };
+    Err(Failure::new(output, fault))
 }
 
 impl Report {
     fn new(input: &Path, output: &Path, outcome: &BakeOutcome, seconds: f64, bytes: u64) -> Self {
         let baked = outcome.file.primitives.iter();
         let primitives: Vec<PrimitiveSummary> = baked.map(PrimitiveSummary::of).collect();
+        let unread = outcome.unread_images.iter();
         let pairs = || primitives.iter().zip(&outcome.reports);
         let fallbacks = pairs().map(|(p, report)| fallback_lines(&p.title(), report));
         let bakes = pairs().map(|(p, report)| PrimitiveBake::of(p.mesh, p.primitive, report));
@@ -377,11 +389,7 @@ impl Report {
             bakes: bakes.collect(),
             fallbacks: fallbacks.collect(),
             skipped: outcome.skipped.iter().map(SkippedReport::of).collect(),
-            unread_images: outcome
-                .unread_images
-                .iter()
-                .map(ToString::to_string)
-                .collect(),
+            unread_images: unread.map(ToString::to_string).collect(),
             warnings: Vec::new(),
             primitives,
         }

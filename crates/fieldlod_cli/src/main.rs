@@ -7,7 +7,6 @@
 
 mod bake;
 mod fallbacks;
-mod glb;
 mod inspect;
 mod pages;
 mod quantized;

@@ -7,25 +7,21 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use fieldlod_bake::UnpackedGltf;
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
+use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
-
-use crate::glb;
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 /// Extensions of primitives that do not refer to their vertices or triangles.
 const EXTENSIONS_KEPT: [&str; 1] = ["KHR_materials_variants"];
 
-/// Why a scene cannot be written.
+/// A reference in the JSON of a scene is out of range.
 #[derive(Debug, Error)]
-pub(crate) enum SceneFault {
-    #[error("its JSON cannot be read: {0}")]
-    Json(#[from] serde_json::Error),
-    #[error("invalid glTF: index out of range")]
-    Reference,
-}
+#[error("invalid glTF: index out of range")]
+pub(crate) struct BadReference;
 
 /// A scene in parts.
 pub(crate) struct Scene {
@@ -40,64 +36,52 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// Takes meshes of so many triangles and more out of `source`, a self-contained `.glb` file, and names `pages` in
-    /// their place.
+    /// Takes meshes with at least `large_from_triangles` out of `source`, and names `pages` in their place. Skinned and
+    /// morphed meshes stay, because pages have neither joints nor morph targets.
     pub(crate) fn new(
-        source: &[u8],
+        mut source: UnpackedGltf,
         baked: BakedFile,
         pages: &str,
         large_from_triangles: u64,
-    ) -> Result<Self, SceneFault> {
-        let (json, binary) = glb::parts(source).ok_or(SceneFault::Reference)?;
-        let mut json: Value = serde_json::from_slice(json)?;
+    ) -> Result<Self, BadReference> {
+        let json = &mut source.json;
         let is_large = |primitive: &BakedPrimitive| {
             let is_large = primitive.hierarchy.source_triangle_count() >= large_from_triangles;
-            // Pages have neither joints nor morph targets.
-            is_large && !is_rigged(&json, primitive)
+            is_large && !is_rigged(json, primitive)
         };
         let (large, small) = baked.primitives.into_iter().partition(is_large);
-        let (large, small) = (
-            BakedFile { primitives: large },
-            BakedFile { primitives: small },
-        );
+        let large = BakedFile { primitives: large };
         let mut added = Added::default();
         for primitive in &large.primitives {
-            replace(&mut json, primitive, pages, &mut added)?;
+            replace(json, primitive, pages, &mut added)?;
         }
-        let dropped = drop_unused_accessors(&mut json, &added.replaced);
-        let binary = pack(&mut json, binary, &added, &dropped)?;
+        let dropped = drop_unused_accessors(json, &added.replaced);
+        source.binary = pack(json, &source.binary, &added, &dropped)?;
         for (accessor, view) in dropped {
             json["accessors"][accessor]["bufferView"] = view.into();
         }
         Ok(Self {
-            glb: glb::whole(json.to_string().as_bytes(), &binary),
+            glb: source.to_glb(),
             large,
-            small,
+            small: BakedFile { primitives: small },
             dropped_extensions: added.dropped_extensions,
         })
     }
 }
 
-/// Files that images of a self-contained `.glb` file are in, as its JSON names them.
-pub(crate) fn image_files(source: &[u8]) -> Result<Vec<String>, SceneFault> {
-    let (json, _) = glb::parts(source).ok_or(SceneFault::Reference)?;
-    let json: Value = serde_json::from_slice(json)?;
-    let images = json["images"].as_array().into_iter().flatten();
-    let files = images.filter_map(|image| image["uri"].as_str());
-    let is_data = |uri: &str| {
-        uri.get(..5)
-            .is_some_and(|s| s.eq_ignore_ascii_case("data:"))
-    };
-    Ok(files
-        .filter(|uri| !is_data(uri))
-        .map(str::to_owned)
-        .collect())
+/// Names of the files with images of a scene, as its JSON has them.
+pub(crate) fn image_files(source: &UnpackedGltf) -> impl Iterator<Item = &str> {
+    let files = each(&source.json, "images").filter_map(|image| image["uri"].as_str());
+    files.filter(|uri| {
+        let scheme = uri.get(..5);
+        !scheme.is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+    })
 }
 
 /// Changes of a scene.
 #[derive(Default)]
 struct Added {
-    /// Views that it gets, by their numbers.
+    /// Bytes of new views, by their indices.
     views: BTreeMap<usize, Vec<u8>>,
     /// Accessors of the meshes that were replaced.
     replaced: BTreeSet<usize>,
@@ -116,39 +100,27 @@ fn replace(
     baked: &BakedPrimitive,
     pages: &str,
     added: &mut Added,
-) -> Result<(), SceneFault> {
+) -> Result<(), BadReference> {
     let (mesh, index) = (baked.mesh_index as usize, baked.primitive_index as usize);
-    let coarsest = Coarsest::of(&baked.hierarchy);
-    let mut attributes = Map::new();
-    for (name, kind, values) in &coarsest.attributes {
-        let accessor = add_accessor(json, added, FLOAT, kind, f32_bytes(values), values);
-        attributes.insert((*name).into(), accessor.into());
-    }
-    let bytes = coarsest
-        .indices
-        .iter()
-        .flat_map(|i| i.to_le_bytes())
-        .collect();
-    let indices = add_accessor(json, added, UNSIGNED_INT, "SCALAR", bytes, &[]);
+    let (attributes, indices) = add_coarsest(json, added, &baked.hierarchy);
     let primitive = json["meshes"][mesh]["primitives"].get_mut(index);
     let primitive = primitive
         .and_then(Value::as_object_mut)
-        .ok_or(SceneFault::Reference)?;
-    let old = primitive.insert("attributes".into(), attributes.into());
-    let old_indices = primitive.insert("indices".into(), indices.into());
-    let old = old.as_ref().and_then(Value::as_object);
-    let old = old.into_iter().flat_map(Map::values).chain(&old_indices);
-    added.replaced.extend(old.filter_map(as_index));
+        .ok_or(BadReference)?;
+    let old = primitive.insert("attributes".into(), attributes);
+    added.replaced.extend(old.iter().flat_map(indices_in));
+    let old = primitive.insert("indices".into(), indices.into());
+    added.replaced.extend(old.as_ref().and_then(as_index));
     primitive.insert("mode".into(), 4.into());
     let extensions = primitive.get_mut("extensions");
     if let Some(extensions) = extensions.and_then(Value::as_object_mut) {
-        extensions.retain(|name, _| {
-            let is_kept = EXTENSIONS_KEPT.contains(&name.as_str());
-            if !is_kept {
-                added.dropped_extensions.insert(name.clone());
-            }
-            is_kept
-        });
+        let (kept, dropped) = std::mem::take(extensions)
+            .into_iter()
+            .partition::<Map<_, _>, _>(|(name, _)| EXTENSIONS_KEPT.contains(&name.as_str()));
+        *extensions = kept;
+        added
+            .dropped_extensions
+            .extend(dropped.into_iter().map(|(name, _)| name));
     }
     let triangles = baked.hierarchy.source_triangle_count();
     let place = json!({ "pages": pages, "mesh": mesh, "primitive": index, "triangles": triangles });
@@ -160,63 +132,51 @@ fn replace(
     Ok(())
 }
 
-/// The coarsest cut as a mesh.
-struct Coarsest {
-    /// Names, types and values.
-    attributes: Vec<(&'static str, &'static str, Vec<f32>)>,
-    indices: Vec<u32>,
-}
-
-impl Coarsest {
-    fn of(hierarchy: &Hierarchy) -> Self {
-        let mut refined = vec![false; hierarchy.groups.len()];
-        hierarchy.close_refinement(&mut refined);
-        let units = hierarchy.drawn_units(&refined);
-        let triangles = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
-        let corners: Vec<u32> = triangles.flatten().collect();
-        let used: BTreeSet<u32> = corners.iter().copied().collect();
-        let places: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
-        let vertices = &hierarchy.vertices;
-        let positions = numbers(&vertices.positions, &used, |v| v.to_array());
-        let normals = numbers(&vertices.normals, &used, |v| v.to_array());
-        let uvs = numbers(&vertices.uvs, &used, |v| v.to_array());
-        let uvs_1 = numbers(&vertices.uvs_1, &used, |v| v.to_array());
-        let tangents = numbers(&vertices.tangents, &used, |v| v.to_array());
-        let colors = numbers(&vertices.colors, &used, |v| v.to_array());
-        let mut attributes = vec![
-            ("POSITION", "VEC3", positions),
-            ("NORMAL", "VEC3", normals),
-            ("TEXCOORD_0", "VEC2", uvs),
-            ("TEXCOORD_1", "VEC2", uvs_1),
-            ("TANGENT", "VEC4", tangents),
-            ("COLOR_0", "VEC4", colors),
-        ];
-        attributes.retain(|(_, _, values)| !values.is_empty());
-        Self {
-            attributes,
-            indices: corners.iter().map(|corner| places[corner]).collect(),
+/// Adds the coarsest cut as a mesh. Returns its attributes and the accessor of its indices.
+fn add_coarsest(json: &mut Value, added: &mut Added, hierarchy: &Hierarchy) -> (Value, usize) {
+    let mut refined = vec![false; hierarchy.groups.len()];
+    hierarchy.close_refinement(&mut refined);
+    let units = hierarchy.drawn_units(&refined);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
+    let corners: Vec<u32> = triangles.flatten().collect();
+    let used: BTreeSet<u32> = corners.iter().copied().collect();
+    let places: BTreeMap<u32, u32> = used.iter().copied().zip(0..).collect();
+    let vertices = hierarchy.vertices.at(&used.into_iter().collect::<Vec<_>>());
+    let mut attributes = json!({});
+    let mut add = |name: &str, kind: &str, values: Vec<f32>| {
+        if !values.is_empty() {
+            let bytes = values.iter().flat_map(|value| value.to_le_bytes());
+            let accessor = add_accessor(json, added, FLOAT, kind, bytes.collect(), &values);
+            attributes[name] = accessor.into();
         }
+    };
+    let positions = vertices.positions.iter().flat_map(Vec3::to_array);
+    add("POSITION", "VEC3", positions.collect());
+    let normals = vertices.normals.iter().flat_map(Vec3::to_array);
+    add("NORMAL", "VEC3", normals.collect());
+    for (name, uvs) in [
+        ("TEXCOORD_0", &vertices.uvs),
+        ("TEXCOORD_1", &vertices.uvs_1),
+    ] {
+        let numbers = uvs.iter().flat_map(Vec2::to_array);
+        add(name, "VEC2", numbers.collect());
     }
-}
-
-/// The numbers of an attribute at some vertices; none of one that is not there.
-fn numbers<V: Copy, const N: usize>(
-    values: &[V],
-    vertices: &BTreeSet<u32>,
-    numbers: impl Fn(V) -> [f32; N],
-) -> Vec<f32> {
-    let held = vertices.iter().filter_map(|v| values.get(*v as usize));
-    held.flat_map(|&value| numbers(value)).collect()
-}
-
-fn f32_bytes(values: &[f32]) -> Vec<u8> {
-    values
+    for (name, values) in [
+        ("TANGENT", &vertices.tangents),
+        ("COLOR_0", &vertices.colors),
+    ] {
+        let numbers = values.iter().flat_map(Vec4::to_array);
+        add(name, "VEC4", numbers.collect());
+    }
+    let bytes = corners
         .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect()
+        .flat_map(|corner| places[corner].to_le_bytes());
+    let bytes: Vec<u8> = bytes.collect();
+    let indices = add_accessor(json, added, UNSIGNED_INT, "SCALAR", bytes, &[]);
+    (attributes, indices)
 }
 
-/// Adds an accessor with its own view, and returns its number.
+/// Adds an accessor with its own view, and returns its index.
 fn add_accessor(
     json: &mut Value,
     added: &mut Added,
@@ -259,13 +219,11 @@ fn push(json: &mut Value, list: &str, value: Value) -> usize {
     list.len() - 1
 }
 
-/// Empties accessors of the `replaced` meshes that nothing else refers to, and takes their views from them. Returns both.
-/// All accessors keep their numbers, by which extensions may name them: any number in an extension counts as a
-/// reference.
+/// Empties accessors of the `replaced` meshes that nothing else refers to, and returns them with their views. All
+/// accessors keep their indices, because extensions may refer to them: any number in an extension counts as a reference.
 fn drop_unused_accessors(json: &mut Value, replaced: &BTreeSet<usize>) -> BTreeMap<usize, usize> {
-    let mut used = BTreeSet::new();
-    visit_accessors(json, &mut |accessor| used.extend(as_index(accessor)));
-    numbers_in_extensions(json, false, &mut used);
+    let mut used = used_accessors(json);
+    add_numbers_below("extensions", json, false, &mut used);
     let mut dropped = BTreeMap::new();
     for &unused in replaced.difference(&used) {
         let Some(accessor) = json["accessors"].get_mut(unused) else {
@@ -279,85 +237,71 @@ fn drop_unused_accessors(json: &mut Value, replaced: &BTreeSet<usize>) -> BTreeM
     dropped
 }
 
+fn used_accessors(json: &Value) -> BTreeSet<usize> {
+    let mut used = BTreeSet::new();
+    for primitive in each(json, "meshes").flat_map(|mesh| each(mesh, "primitives")) {
+        used.extend(indices_in(&primitive["attributes"]));
+        used.extend(each(primitive, "targets").flat_map(indices_in));
+        used.extend(as_index(&primitive["indices"]));
+    }
+    let skins = each(json, "skins");
+    used.extend(skins.filter_map(|skin| as_index(&skin["inverseBindMatrices"])));
+    for sampler in each(json, "animations").flat_map(|animation| each(animation, "samplers")) {
+        used.extend(as_index(&sampler["input"]));
+        used.extend(as_index(&sampler["output"]));
+    }
+    used
+}
+
+/// The values of a list; none if it is missing.
+fn each<'a>(value: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> + use<'a> {
+    value[list].as_array().into_iter().flatten()
+}
+
 fn as_index(value: &Value) -> Option<usize> {
     value.as_u64().map(|index| index as usize)
 }
 
-/// Collects the numbers in all extensions.
-fn numbers_in_extensions(value: &Value, is_inside: bool, numbers: &mut BTreeSet<usize>) {
+/// The indices that are values of an object.
+fn indices_in(object: &Value) -> impl Iterator<Item = usize> {
+    let values = object.as_object().into_iter().flat_map(Map::values);
+    values.filter_map(as_index)
+}
+
+/// Adds all numbers below values with this key.
+fn add_numbers_below(key: &str, value: &Value, is_below: bool, numbers: &mut BTreeSet<usize>) {
     match value {
         Value::Object(object) => {
-            for (key, value) in object {
-                numbers_in_extensions(value, is_inside || key == "extensions", numbers);
+            for (own_key, value) in object {
+                add_numbers_below(key, value, is_below || own_key == key, numbers);
             }
         }
         Value::Array(list) => {
-            let each = list.iter();
-            each.for_each(|value| numbers_in_extensions(value, is_inside, numbers));
+            for value in list {
+                add_numbers_below(key, value, is_below, numbers);
+            }
         }
-        _ if is_inside => numbers.extend(as_index(value)),
-        _ => {}
+        _ => numbers.extend(as_index(value).filter(|_| is_below)),
     }
 }
 
-/// Visits all accessor numbers.
-fn visit_accessors(json: &mut Value, visit: &mut impl FnMut(&mut Value)) {
-    for primitive in each(json, "meshes").flat_map(|mesh| each(mesh, "primitives")) {
-        visit_values(primitive.get_mut("attributes"), visit);
-        for target in each(primitive, "targets") {
-            visit_values(Some(target), visit);
-        }
-        primitive
-            .get_mut("indices")
-            .into_iter()
-            .for_each(&mut *visit);
-    }
-    for skin in each(json, "skins") {
-        skin.get_mut("inverseBindMatrices")
-            .into_iter()
-            .for_each(&mut *visit);
-    }
-    for sampler in each(json, "animations").flat_map(|animation| each(animation, "samplers")) {
-        for end in ["input", "output"] {
-            sampler.get_mut(end).into_iter().for_each(&mut *visit);
-        }
-    }
-    for node in each(json, "nodes") {
-        visit_values(
-            node.pointer_mut("/extensions/EXT_mesh_gpu_instancing/attributes"),
-            visit,
-        );
-    }
-}
-
-/// The values of a list, or nothing.
-fn each<'a>(value: &'a mut Value, list: &str) -> impl Iterator<Item = &'a mut Value> + use<'a> {
-    let list = value.get_mut(list).and_then(Value::as_array_mut);
-    list.into_iter().flatten()
-}
-
-fn visit_values(object: Option<&mut Value>, visit: &mut impl FnMut(&mut Value)) {
-    let values = object.and_then(Value::as_object_mut);
-    let values = values.into_iter().flat_map(Map::values_mut);
-    values.for_each(visit);
-}
-
-/// Returns the bytes of all views, but for those of `dropped` that nothing refers to. All keep their numbers.
+/// Returns the bytes of all views, without those of `dropped` that nothing refers to. All views keep their indices.
 fn pack(
     json: &mut Value,
     binary: &[u8],
     added: &Added,
     dropped: &BTreeMap<usize, usize>,
-) -> Result<Vec<u8>, SceneFault> {
+) -> Result<Vec<u8>, BadReference> {
     let mut used = BTreeSet::new();
-    visit_views(json, &mut |view| used.extend(as_index(view)));
-    numbers_in_extensions(json, false, &mut used);
-    let unused: BTreeSet<usize> = dropped.values().copied().collect();
-    let unused: BTreeSet<usize> = unused.difference(&used).copied().collect();
+    // Extensions refer to views by the same key, or by any number.
+    for key in ["bufferView", "extensions"] {
+        add_numbers_below(key, json, false, &mut used);
+    }
+    let dropped: BTreeSet<usize> = dropped.values().copied().collect();
     let mut bytes = Vec::new();
     let views = json.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (number, view) in views.into_iter().flatten().enumerate() {
-        if unused.contains(&number) {
+        if dropped.contains(&number) && !used.contains(&number) {
             // Readers refuse an empty view, and an accessor without one.
             *view = json!({ "buffer": 0, "byteOffset": 0, "byteLength": 4 });
             continue;
@@ -374,26 +318,9 @@ fn pack(
     Ok(bytes)
 }
 
-fn bytes_of<'a>(view: &Value, binary: &'a [u8]) -> Result<&'a [u8], SceneFault> {
+fn bytes_of<'a>(view: &Value, binary: &'a [u8]) -> Result<&'a [u8], BadReference> {
     let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
-    let length = view["byteLength"].as_u64().ok_or(SceneFault::Reference)? as usize;
-    let end = start.checked_add(length).ok_or(SceneFault::Reference)?;
-    binary.get(start..end).ok_or(SceneFault::Reference)
-}
-
-/// Visits all view numbers. Extensions use the same key for them.
-fn visit_views(value: &mut Value, visit: &mut impl FnMut(&mut Value)) {
-    match value {
-        Value::Object(object) => {
-            for (key, value) in object {
-                if key == "bufferView" {
-                    visit(value);
-                } else {
-                    visit_views(value, visit);
-                }
-            }
-        }
-        Value::Array(list) => list.iter_mut().for_each(|value| visit_views(value, visit)),
-        _ => {}
-    }
+    let length = view["byteLength"].as_u64().ok_or(BadReference)? as usize;
+    let end = start.checked_add(length).ok_or(BadReference)?;
+    binary.get(start..end).ok_or(BadReference)
 }

@@ -1,13 +1,13 @@
 //! `fieldlod verify`: checks a `.fieldlod` file against the glTF file that it was baked from.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 use std::fs;
 use std::path::PathBuf;
 
 use clap::Args;
 use fieldlod_bake::{
-    Import, ImportedPrimitive, SourceMesh, Verified, VerifyError, VerifySettings, import_gltf,
-    verify, verify_rigged,
+    Import, ImportedPrimitive, PrimitivePlace, SourceMesh, Verified, VerifyError, VerifySettings,
+    import_gltf, verify, verify_rigged,
 };
 use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
@@ -41,7 +41,7 @@ struct Report {
     primitives: Vec<PrimitiveReport>,
 }
 
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct PrimitiveReport {
     mesh: u32,
     primitive: u32,
@@ -76,38 +76,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
     let mut import = import_gltf(source).map_err(|error| Failure::new(source, error))?;
     add_clips(&mut import, &arguments.clips)?;
-    let mut primitives = verified_rigged(&import, &file);
-    let imported = import.primitives.iter().enumerate();
-    let of_mesh = imported.filter(|(_, primitive)| primitive.rig.is_none());
-    primitives.extend(of_mesh.map(|(i, primitive)| (i, PrimitiveReport::of(primitive, &file))));
-    primitives.sort_by_key(|(index, _)| *index);
-    let primitives = primitives.into_iter().map(|(_, report)| report);
-    let mut primitives: Vec<PrimitiveReport> = primitives.collect();
-    let extra = file.primitives.iter().filter(|baked| {
-        let place = (baked.mesh_index, baked.primitive_index);
-        let mut imported = import.primitives.iter();
-        !imported.any(|p| (p.place.mesh_index, p.place.primitive_index) == place)
-    });
-    primitives.extend(extra.map(|baked| {
-        let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
-        PrimitiveReport::failed(mesh, primitive, &baked.name, "it is not in the source")
-    }));
-    let report = Report {
-        source: source.display().to_string(),
-        file: path.display().to_string(),
-        passed: primitives.iter().all(|primitive| primitive.fault.is_none()),
-        primitives,
-    };
+    let report = Report::of(arguments, &import, &file);
     print(&report, arguments.json, Report::text)?;
-    let failed = report
-        .primitives
-        .iter()
-        .filter(|p| p.fault.is_some())
-        .count();
-    if failed == 0 {
+    if report.passed {
         return Ok(());
     }
-    let all = report.primitives.len();
+    let (failed, all) = (report.failed().count(), report.primitives.len());
     let fault = format!("{failed} of {all} primitives failed");
     Err(Failure::new(path, fault))
 }
@@ -122,31 +96,25 @@ fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, Ve
     if baked.source != source.source_hash() {
         return Err(VerifyError::OtherSource);
     }
-    let whole = baked
-        .clone()
-        .with_source_vertices(&source.finite_vertices())?;
+    let vertices = source.finite_vertices();
+    let whole = baked.clone().with_source_vertices(&vertices)?;
     verify(source, &whole, &settings)
 }
 
-/// Verifies the skinned and morphed primitives, each with its index.
-fn verified_rigged(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveReport)> {
+/// Verifies the skinned and morphed primitives of a file, each with its index.
+fn verify_rigged_of(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveReport)> {
     let baked = import.primitives.iter().map(|primitive| {
         let place = &primitive.place;
         let baked = file.find(place.mesh_index, place.primitive_index)?;
-        let hierarchy = baked.hierarchy.clone();
         let vertices = primitive.mesh.finite_vertices();
-        // What does not fit has another hash, which is found out.
-        Some(
-            hierarchy
-                .with_source_vertices(&vertices)
-                .unwrap_or_default(),
-        )
+        // A hierarchy of another mesh becomes an empty one, which has another hash, too.
+        let whole = baked.hierarchy.clone().with_source_vertices(&vertices);
+        Some(whole.unwrap_or_default())
     });
     let baked: Vec<Option<Hierarchy>> = baked.collect();
     let verified = verify_rigged(import, &baked, &VerifySettings::default()).into_iter();
     let reports = verified.map(|(index, verified)| {
-        let place = &import.primitives[index].place;
-        let (mesh, primitive) = (place.mesh_index, place.primitive_index);
+        let report = PrimitiveReport::at(&import.primitives[index].place);
         let report = match verified {
             Ok(verified) => PrimitiveReport {
                 posed: Some(PosedReport {
@@ -154,9 +122,9 @@ fn verified_rigged(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveRe
                     share: verified.share,
                     bounds: verified.bounds,
                 }),
-                ..PrimitiveReport::passed(mesh, primitive, &place.name, &Verified::default())
+                ..report
             },
-            Err(fault) => PrimitiveReport::failed(mesh, primitive, &place.name, &fault.to_string()),
+            Err(fault) => report.failed(&fault),
         };
         (index, report)
     });
@@ -164,46 +132,41 @@ fn verified_rigged(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveRe
 }
 
 impl PrimitiveReport {
+    fn at(place: &PrimitivePlace) -> Self {
+        Self {
+            mesh: place.mesh_index,
+            primitive: place.primitive_index,
+            name: place.name.clone(),
+            ..Self::default()
+        }
+    }
+
     fn of(imported: &ImportedPrimitive, file: &BakedFile) -> Self {
-        let name = &imported.place.name;
-        let (mesh, primitive) = (imported.place.mesh_index, imported.place.primitive_index);
-        let Some(baked) = file.find(mesh, primitive) else {
-            return Self::failed(mesh, primitive, name, "it is not in the file");
+        let report = Self::at(&imported.place);
+        let Some(baked) = file.find(report.mesh, report.primitive) else {
+            return report.failed(&"it is not in the file");
         };
         match verify_against(&imported.mesh, &baked.hierarchy) {
-            Ok(verified) => Self::passed(mesh, primitive, name, &verified),
-            Err(fault) => Self::failed(mesh, primitive, name, &fault.to_string()),
+            Ok(verified) => Self {
+                samples: verified.samples,
+                source_to_simplified: verified.source_to_simplified,
+                simplified_to_source: verified.simplified_to_source,
+                cuts: verified.cuts,
+                flipped_area: verified.flipped_area,
+                wrong_pixels: verified.wrong_pixels,
+                ..report
+            },
+            Err(fault) => report.failed(&fault),
         }
     }
 
-    fn passed(mesh: u32, primitive: u32, name: &str, verified: &Verified) -> Self {
-        Self {
-            mesh,
-            primitive,
-            name: name.to_owned(),
-            fault: None,
-            samples: verified.samples,
-            source_to_simplified: verified.source_to_simplified,
-            simplified_to_source: verified.simplified_to_source,
-            cuts: verified.cuts,
-            flipped_area: verified.flipped_area,
-            wrong_pixels: verified.wrong_pixels,
-            posed: None,
-        }
-    }
-
-    fn failed(mesh: u32, primitive: u32, name: &str, fault: &str) -> Self {
-        let nothing = Self::passed(mesh, primitive, name, &Verified::default());
-        Self {
-            fault: Some(fault.to_owned()),
-            ..nothing
-        }
+    fn failed(self, fault: &dyn Display) -> Self {
+        let fault = Some(fault.to_string());
+        Self { fault, ..self }
     }
 
     fn text(&self) -> String {
-        let Self {
-            mesh, primitive, ..
-        } = self;
+        let (mesh, primitive) = (self.mesh, self.primitive);
         let place = format!("mesh {mesh} ({:?}), primitive {primitive}", self.name);
         if let Some(posed) = &self.posed {
             let [a, b, c] = posed.bounds;
@@ -231,6 +194,41 @@ impl PrimitiveReport {
 }
 
 impl Report {
+    /// Verifies all primitives of the source, in its order. Other primitives of the file fail.
+    fn of(arguments: &Arguments, import: &Import, file: &BakedFile) -> Self {
+        let mut primitives = verify_rigged_of(import, file);
+        let imported = import.primitives.iter().enumerate();
+        let of_mesh = imported.filter(|(_, primitive)| primitive.rig.is_none());
+        primitives.extend(of_mesh.map(|(i, primitive)| (i, PrimitiveReport::of(primitive, file))));
+        primitives.sort_by_key(|(index, _)| *index);
+        let primitives = primitives.into_iter().map(|(_, report)| report);
+        let mut primitives: Vec<PrimitiveReport> = primitives.collect();
+        for baked in &file.primitives {
+            let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
+            let mut found = primitives.iter().map(|p| (p.mesh, p.primitive));
+            if !found.any(|place| place == (mesh, primitive)) {
+                let name = baked.name.clone();
+                let report = PrimitiveReport {
+                    mesh,
+                    primitive,
+                    name,
+                    ..PrimitiveReport::default()
+                };
+                primitives.push(report.failed(&"it is not in the source"));
+            }
+        }
+        Self {
+            source: arguments.source.display().to_string(),
+            file: arguments.file.display().to_string(),
+            passed: primitives.iter().all(|primitive| primitive.fault.is_none()),
+            primitives,
+        }
+    }
+
+    fn failed(&self) -> impl Iterator<Item = &PrimitiveReport> {
+        self.primitives.iter().filter(|p| p.fault.is_some())
+    }
+
     fn text(&self) -> String {
         let verdict = if self.passed { "pass" } else { "FAILED" };
         let mut text = format!("{}: {verdict}\n", self.file);

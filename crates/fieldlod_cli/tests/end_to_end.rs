@@ -485,7 +485,7 @@ fn verify_checks_skinned_meshes_in_poses() {
 }
 
 #[test]
-fn clips_of_other_characters_fail() {
+fn rejects_clips_of_other_characters_and_characters_in_pages() {
     let folder = TempDir::new().unwrap();
     let input = skinned_glb(folder.path(), 1.0);
     let other = grid_glb(folder.path(), 4);
@@ -495,4 +495,6 @@ fn clips_of_other_characters_fail() {
         &other,
         fault,
     );
+    let fault = "mesh 0 (\"grid\"), primitive 0: pages cannot hold skinned or morphed meshes";
+    assert_fails(&["bake", "--pages", text(&input)], &input, fault);
 }

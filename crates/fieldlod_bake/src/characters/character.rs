@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use fieldlod_hierarchy::SourceHash;
+use fieldlod_hierarchy::{Hierarchy, SourceHash};
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 use crate::import::{Import, ImportedPrimitive, Rig, Skin};
 use crate::mesh::SourceMesh;
-use crate::mesh::components::root;
+use crate::mesh::components::components_of;
 use crate::plants::together::{Joint, as_one_mesh};
 
 /// Primitives that change their levels together.
@@ -18,17 +19,14 @@ pub struct Character<'a> {
     pub parts: Vec<Part<'a>>,
     /// All parts as one mesh, in the bind pose.
     pub mesh: SourceMesh,
-    /// For each vertex, its component. Triangles that share vertices are one, and so are those that share positions within
-    /// a part.
+    /// For each vertex, the index of its connected component. Vertices of a part at the same position are connected.
     pub(super) component: Vec<u32>,
     pub(super) skin: Option<&'a Skin>,
     /// For each vertex, the joints that move it and their weights, which sum to 1. Empty without a skin.
     pub(super) influences: Vec<[(u16, f32); 4]>,
-    /// The joints that move some vertex, as indices into the joints of the skin. Those that move the largest area come
-    /// first.
+    /// Joints that move at least one vertex, as indices into the joints of the skin. Those that move the largest area
+    /// come first.
     pub(super) joints_by_weight: Vec<u16>,
-    /// The first of these.
-    pub(super) carrier_joint: Option<u16>,
 }
 
 /// One primitive of a character.
@@ -100,17 +98,20 @@ impl<'a> Character<'a> {
         let mesh = as_one_mesh(&meshes.collect::<Vec<_>>(), Joint::Surface);
         let skin = parts.first().and_then(|part| part.rig.skin);
         let mut character = Self {
-            component: components(&parts, &mesh),
+            component: component_of_vertices(&parts, &mesh),
             parts,
             mesh,
             skin: skin.map(|skin| &skins[skin as usize]),
             influences,
             joints_by_weight: Vec::new(),
-            carrier_joint: None,
         };
         character.joints_by_weight = character.joints_by_weight();
-        character.carrier_joint = character.joints_by_weight.first().copied();
         character
+    }
+
+    /// The joint that moves the largest area. Poses are relative to it, so that walking is no deformation.
+    pub(super) fn carrier_joint(&self) -> Option<u16> {
+        self.joints_by_weight.first().copied()
     }
 
     pub(super) fn component_count(&self) -> usize {
@@ -126,11 +127,31 @@ impl<'a> Character<'a> {
         self.mesh.indices.as_chunks().0
     }
 
+    /// The triangles of all parts at a level. `baked` has a hierarchy for each part.
+    #[must_use]
+    pub fn triangles_at(&self, baked: &[&Hierarchy], level: usize) -> Vec<[u32; 3]> {
+        let parts = self.parts.iter().zip(baked);
+        let triangles = parts.flat_map(|(part, hierarchy)| {
+            let triangles = hierarchy.triangles_of(&hierarchy.units[level]);
+            triangles.map(|triangle| triangle.map(|vertex| vertex + part.vertices.start))
+        });
+        triangles.collect()
+    }
+
+    /// The area of all triangles in the bind pose.
+    pub(super) fn area(&self) -> f32 {
+        self.triangles().iter().map(|t| self.area_of(t)).sum()
+    }
+
+    fn area_of(&self, triangle: &[u32; 3]) -> f32 {
+        let [a, b, c] = triangle.map(|vertex| self.mesh.positions[vertex as usize]);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
     fn joints_by_weight(&self) -> Vec<u16> {
         let mut areas: BTreeMap<u16, f32> = BTreeMap::new();
         for triangle in self.triangles() {
-            let [a, b, c] = triangle.map(|vertex| self.mesh.positions[vertex as usize]);
-            let area = (b - a).cross(c - a).length();
+            let area = self.area_of(triangle);
             let influences = triangle
                 .iter()
                 .filter_map(|&v| self.influences.get(v as usize));
@@ -144,34 +165,31 @@ impl<'a> Character<'a> {
     }
 }
 
-/// The component of each vertex.
-fn components(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
-    let mut leads_to: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
+    let mut same_position = vec![0; mesh.positions.len()];
     for part in parts {
         let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         for vertex in part.vertices.clone() {
-            let position = mesh.positions[vertex as usize];
-            let place = position.to_array().map(|x| (x + 0.0).to_bits());
-            leads_to[vertex as usize] = *first_at.entry(place).or_insert(vertex);
+            // Adding zero merges the two zeros.
+            let position = mesh.positions[vertex as usize].to_array();
+            let first = first_at.entry(position.map(|x| (x + 0.0).to_bits()));
+            same_position[vertex as usize] = *first.or_insert(vertex);
         }
     }
-    let (triangles, _) = mesh.indices.as_chunks::<3>();
-    for &[a, b, c] in triangles {
-        for (from, to) in [(a, b), (b, c)] {
-            let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
-            leads_to[from.max(to) as usize] = from.min(to);
-        }
+    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+    let is_locked = vec![false; positions.len()];
+    let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
+    let mut component_of = vec![0; positions.len()];
+    for (index, component) in (0..).zip(&components) {
+        component
+            .corners()
+            .for_each(|v| component_of[v as usize] = index);
     }
-    let mut numbers: FxHashMap<u32, u32> = FxHashMap::default();
-    let vertices = 0..leads_to.len() as u32;
-    let number = |vertex| {
-        let next = numbers.len() as u32;
-        *numbers.entry(root(&mut leads_to, vertex)).or_insert(next)
-    };
-    vertices.map(number).collect()
+    component_of
 }
 
-/// Joints and normalized weights of each vertex. Joints without weight may not exist, and become the first.
+/// Joints and normalized weights of each vertex. Joints without weight become joint 0, because their index may be out of
+/// range.
 fn influences_of(rig: &Rig) -> impl Iterator<Item = [(u16, f32); 4]> + '_ {
     let pairs = rig.joints.iter().zip(&rig.weights);
     pairs.map(|(joints, weights)| {

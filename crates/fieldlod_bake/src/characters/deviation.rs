@@ -5,20 +5,27 @@
 
 use glam::Vec3;
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use super::character::Character;
 use super::poses::Pose;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Samples are as dense as so many on the whole source.
+/// Samples on the whole source, apart from corners. They set the spacing on all levels. Four times as many find
+/// hardly larger distances and take four times as long.
 const SAMPLES: f32 = 4096.0;
-/// A triangle has at most so many rows of samples.
+/// Rows of samples on one triangle at most, so that one large triangle among small ones does not take all the time.
 const MOST_ROWS: u32 = 12;
-/// Distances of components below this share of the largest are not looked for.
+/// Distances of components below this share of the largest are not searched for: they affect no choice of levels.
 const IGNORED: f32 = 0.25;
-/// Every so many samples, the distance is found exactly, for the mean.
+/// Triangles with a smaller squared sine of an angle are needles.
+const NEEDLE: f32 = 1e-9;
+/// One in this many distances is exact, for the mean. Exact searches cannot end early.
 const EXACT_STEP: usize = 8;
+/// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller ones are lost
+/// to rounding; larger ones take copies away from their neighbours in the tree.
+const COPY_STEP: f32 = 1.0 / 65_536.0;
 
 /// The distances of a level from its source, in both directions, over all poses.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -59,31 +66,24 @@ impl Sample {
 }
 
 impl Surface {
+    /// The surface in the bind pose.
     fn of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Self {
-        let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
-        Self {
+        let mut surface = Self {
             samples: samples_of(triangles, positions, spacing),
-            tree: TriangleTree::new(corners),
+            tree: TriangleTree::new(distinct_corners(triangles, positions)),
             triangles: triangles.to_vec(),
-        }
+        };
+        surface.pose(positions);
+        surface
     }
 
     /// The nearest place in the bind pose.
     fn nearest(&self, point: Vec3, positions: &[Vec3]) -> Option<Sample> {
         let id = self.tree.nearest(point)?.triangle;
         let corners = self.triangles[id as usize];
-        let [a, b, c] = corners.map(|corner| positions[corner as usize]);
-        let place = Triangle::new([a, b, c]).nearest_point(point.into());
-        let (ab, ac, ap) = (b - a, c - a, Vec3::from(place) - a);
-        let normal = ab.cross(ac);
-        let share = |of: Vec3| of.dot(normal) / normal.length_squared();
-        let (y, z) = (share(ap.cross(ac)), share(ab.cross(ap)));
-        let weights = Vec3::new(1.0 - y - z, y, z);
-        let weights = if weights.is_finite() {
-            weights
-        } else {
-            Vec3::X
-        };
+        let places = corners.map(|corner| positions[corner as usize]);
+        let place = Triangle::new(places).nearest_point(point.into());
+        let weights = weights_at(place.into(), places);
         Some(Sample { corners, weights })
     }
 
@@ -157,7 +157,7 @@ impl Sides {
 }
 
 fn spacing(character: &Character<'_>) -> f32 {
-    (area_of(character.triangles(), &character.mesh.positions) / SAMPLES).sqrt()
+    (character.area() / SAMPLES).sqrt()
 }
 
 struct Measured {
@@ -220,12 +220,50 @@ impl Posed<'_> {
     }
 }
 
-fn area_of(triangles: &[[u32; 3]], positions: &[Vec3]) -> f32 {
-    let area = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|vertex| positions[vertex as usize]);
-        0.5 * (b - a).cross(c - a).length()
-    };
-    triangles.iter().map(area).sum()
+/// The corners of triangles, with copies of a triangle shifted. A tree keeps only one of several equal triangles, but
+/// poses may separate them. [`Surface::pose`] undoes the shift.
+fn distinct_corners(triangles: &[[u32; 3]], positions: &[Vec3]) -> Vec<[Vec3; 3]> {
+    let coordinates = positions.iter().map(|p| p.abs().max_element());
+    let step = coordinates.fold(f32::MIN_POSITIVE, f32::max) * COPY_STEP;
+    let mut copies: FxHashMap<[[u32; 3]; 3], u32> = FxHashMap::default();
+    let shifted = triangles.iter().map(|triangle| {
+        let corners = triangle.map(|vertex| positions[vertex as usize]);
+        // Adding zero merges the two zeros.
+        let bits = corners.map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
+        let copy = copies.entry(bits).or_default();
+        let shift = Vec3::X * (*copy as f32 * step);
+        *copy += 1;
+        corners.map(|corner| corner + shift)
+    });
+    shifted.collect()
+}
+
+/// Barycentric weights of a place on a triangle. The area of a needle is mostly rounding, so a place on a needle is
+/// expressed by the two corners of its nearest edge.
+fn weights_at(place: Vec3, [a, b, c]: [Vec3; 3]) -> Vec3 {
+    let (ab, ac, ap) = (b - a, c - a, place - a);
+    let normal = ab.cross(ac);
+    let area_squared = normal.length_squared();
+    if area_squared > NEEDLE * ab.length_squared() * ac.length_squared() {
+        let y = ap.cross(ac).dot(normal) / area_squared;
+        let z = ab.cross(ap).dot(normal) / area_squared;
+        return Vec3::new(1.0 - y - z, y, z).clamp(Vec3::ZERO, Vec3::ONE);
+    }
+    let edges = [
+        (a, b, Vec3::X, Vec3::Y),
+        (b, c, Vec3::Y, Vec3::Z),
+        (c, a, Vec3::Z, Vec3::X),
+    ];
+    let on_edges = edges.map(|(from, to, at_from, at_to)| {
+        let along = to - from;
+        let share = (place - from).dot(along) / along.length_squared();
+        // NaN for an edge without length.
+        let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+        let distance = place.distance_squared(from + along * share);
+        (distance, at_from.lerp(at_to, share))
+    });
+    let nearest = on_edges.into_iter().min_by(|x, y| x.0.total_cmp(&y.0));
+    nearest.map_or(Vec3::X, |(_, weights)| weights)
 }
 
 /// The corners of triangles, and places between them about `spacing` apart in the bind pose.
@@ -252,4 +290,30 @@ fn samples_of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Vec<S
         }
     }
     samples
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_on_needles_reproduce_the_place() {
+        for corners in [
+            [Vec3::ZERO, Vec3::X, Vec3::X * 0.5],
+            [Vec3::ZERO, Vec3::X * 1e3, Vec3::new(500.0, 1e-6, 0.0)],
+            [Vec3::ONE, Vec3::ONE, Vec3::ZERO],
+            [Vec3::ONE; 3],
+        ] {
+            let [a, b, c] = corners;
+            for place in [a, b, c, a.lerp(b, 0.3), b.lerp(c, 0.6)] {
+                let weights = weights_at(place, corners);
+                let found = a * weights.x + b * weights.y + c * weights.z;
+                assert!(
+                    found.distance(place) < 1e-3,
+                    "{corners:?} {place} {weights}"
+                );
+                assert!(weights.min_element() >= 0.0, "{weights}");
+            }
+        }
+    }
 }

@@ -10,18 +10,21 @@ use super::simplify::{Simplifier, Way};
 use crate::config::BakeConfig;
 use crate::import::Import;
 use crate::mesh::MeshError;
+use crate::mesh::used_vertices::used_of;
 use crate::report::BakeReport;
 
-/// A guarantee states so many times the largest deviation in the training poses. Held-out clips deviated up to 1.47
-/// times as far.
+/// A guarantee is this many times the largest deviation in the training poses. Held-out clips deviated up to 1.47 times
+/// as far. Smaller margins are exceeded; larger ones keep finer levels for longer than needed.
 const POSE_MARGIN: f32 = 1.5;
-/// The coarsest level has at least this many triangles.
+/// The coarsest level has at least this many triangles. Fewer show no limbs.
 const FEWEST_TRIANGLES: usize = 24;
-/// The error of a level is so many times the root of the mean squared distance. The errors of levels of static meshes, which
-/// the simplifier reports, are 4 to 5 times theirs.
+/// The error of a level relative to the root mean square of its distances. The errors that the simplifier reports for
+/// static meshes are 4 to 5 times theirs, so characters and props change levels at similar differences.
 const ERROR_PER_RMS: f32 = 4.0;
+/// The largest number of vertices that 16-bit indices reach.
+const MOST_VERTICES: usize = 1 << 16;
 /// Ways to simplify. Each level is the one that deviates least. A strength of 1 is best for the largest deviation of many
-/// characters, 4 for the mean. Seams of textures are kept or not: hard-edged characters have too many to keep.
+/// characters, and 4 for the mean. Texture seams are kept or not, because hard-edged characters have too many to keep.
 const WAYS: [Way; 4] = [
     Way {
         strength: 0.0,
@@ -41,10 +44,12 @@ const WAYS: [Way; 4] = [
     },
 ];
 
-/// Triangles of the whole character at a level, and how far it lies from the source in the training poses.
+/// A level of the whole character, measured in the training poses.
 struct Level {
     triangles: Vec<[u32; 3]>,
+    /// The largest distance from the source.
     deviation: f32,
+    /// The root mean square of the distances.
     rms: f32,
 }
 
@@ -54,6 +59,11 @@ pub(super) fn bake(
     import: &Import,
     config: &BakeConfig,
 ) -> Result<Vec<(Hierarchy, BakeReport)>, MeshError> {
+    // Levels use vertices of the source, so none has more than the source.
+    let mut parts = character.parts.iter();
+    if let Some(part) = parts.find(|part| used_vertices(part) > MOST_VERTICES) {
+        return Err(too_large(part));
+    }
     let training = Training::of(character, import);
     let levels = levels_of(character, &training, config);
     let bounds = bounds(character, &training.poses);
@@ -75,7 +85,18 @@ pub(super) fn bake(
         .collect()
 }
 
-/// All levels, finest first. The first is the source.
+fn used_vertices(part: &Part<'_>) -> usize {
+    let vertices = part.vertices.len();
+    let used = used_of(&part.primitive.mesh.indices, vertices);
+    used.map_or(vertices, |used| used.len())
+}
+
+fn too_large(part: &Part<'_>) -> MeshError {
+    let vertices = used_vertices(part);
+    MeshError::TooLargeForRig { vertices }
+}
+
+/// All levels, finest first, starting with the source.
 fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig) -> Vec<Level> {
     let few = training.chosen();
     let simplifier = Simplifier::of(character, few);
@@ -113,7 +134,7 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     levels
 }
 
-/// Measures levels in more poses than those that they were chosen by.
+/// Measures levels in all training poses. They were chosen by a part of these.
 fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]) {
     let triangles: Vec<&[[u32; 3]]> = levels.iter().map(|level| &*level.triangles).collect();
     let measured = distances(character, poses, &triangles);
@@ -133,8 +154,8 @@ impl Level {
         (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
     }
 
-    /// The next level, with `triangles`. Components that vanish would be the farthest from all that is left, so they keep
-    /// their triangles of this level.
+    /// The next level, with `triangles`. A component that vanishes far from all others would determine the deviation, so
+    /// it keeps its triangles of this level.
     fn coarser(
         &self,
         character: &Character<'_>,
@@ -167,7 +188,7 @@ fn bounds(character: &Character<'_>, poses: &[Pose]) -> Sphere {
     Sphere::around(poses.iter().flat_map(|pose| pose.positions(character)))
 }
 
-/// The levels of a part, with its own indices. A part that vanishes keeps its last level.
+/// The levels of a part, with indices into its vertices. A part that vanishes keeps its last level.
 fn levels_of_part(part: &Part<'_>, levels: &[Level]) -> Vec<Vec<[u32; 3]>> {
     let mut own: Vec<Vec<[u32; 3]>> = Vec::new();
     for level in levels {
@@ -188,20 +209,18 @@ fn hierarchy(
     levels: &[Level],
     groups: &[Group],
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
-    let (mesh, rig) = (&part.primitive.mesh, part.rig);
+    let mesh = &part.primitive.mesh;
     let mut hierarchy = Hierarchy {
         source: part.source_hash(),
         source_vertex_count: mesh.positions.len() as u32,
         vertices: mesh.finite_vertices(),
-        carrier_joint: rig.skin.and(character.carrier_joint),
+        carrier_joint: character.carrier_joint(),
         ..Hierarchy::default()
     };
     let levels = levels_of_part(part, levels);
     for (triangles, group) in levels.iter().zip(groups) {
         let pushed = hierarchy.push_whole_mesh(triangles, *group);
-        pushed.ok_or(MeshError::TooLargeForRig {
-            vertices: mesh.positions.len(),
-        })?;
+        pushed.ok_or_else(|| too_large(part))?;
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     let report = BakeReport {

@@ -36,36 +36,27 @@ pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
 /// number of levels.
 ///
 /// # Errors
-/// For each primitive, a [`MeshError`] if the configuration is out of range or a level needs 32-bit indices.
+/// For each primitive, a [`MeshError`] if the configuration is out of range, or if a primitive of its character has more
+/// vertices than 16-bit indices allow.
 #[must_use]
 pub fn bake_rigged(import: &Import, config: &BakeConfig) -> Vec<(PrimitivePlace, RiggedResult)> {
-    let characters = Character::all_of(import);
-    let bake = |character: &Character<'_>| {
-        config.validate()?;
-        levels::bake(character, import, config)
+    let bake = |character: Character<'_>| -> Vec<(usize, RiggedResult)> {
+        let baked = config
+            .validate()
+            .and_then(|()| levels::bake(&character, import, config));
+        let results = match baked {
+            Ok(baked) => baked.into_iter().map(Ok).collect(),
+            Err(fault) => vec![Err(fault); character.parts.len()],
+        };
+        let indices = character.parts.iter().map(|part| part.index);
+        indices.zip(results).collect()
     };
-    let baked: Vec<(Character<'_>, Result<Vec<_>, MeshError>)> = characters
-        .into_par_iter()
-        .map(|character| {
-            let baked = bake(&character);
-            (character, baked)
-        })
-        .collect();
-    let mut results: Vec<(usize, PrimitivePlace, RiggedResult)> = Vec::new();
-    for (character, baked) in baked {
-        let mut of_parts = baked.map(Vec::into_iter);
-        for part in &character.parts {
-            let result = match &mut of_parts {
-                Ok(baked) => baked.next().ok_or(MeshError::NoTriangles),
-                Err(fault) => Err(fault.clone()),
-            };
-            let place = part.primitive.place.clone();
-            results.push((part.index, place, result));
-        }
-    }
-    results.sort_by_key(|(index, ..)| *index);
+    let characters = Character::all_of(import).into_par_iter();
+    let mut results: Vec<(usize, RiggedResult)> = characters.flat_map_iter(bake).collect();
+    results.sort_by_key(|(index, _)| *index);
+    let place = |index: usize| import.primitives[index].place.clone();
+    let results = results.into_iter();
     results
-        .into_iter()
-        .map(|(_, place, result)| (place, result))
+        .map(|(index, result)| (place(index), result))
         .collect()
 }

@@ -7,29 +7,35 @@ use crate::import::rig::ancestors;
 use crate::import::{Clip, Import, Node, Property};
 use crate::mesh::MAX_COORDINATE;
 
-/// Poses that are chosen from clips. With 8, held-out clips deviate up to 1.9 times as far as these, and with 16 up to
-/// 1.5 times.
+/// Poses chosen from clips. Held-out clips deviate up to 1.9 times as far as 8 chosen poses, and up to 1.5 times as far
+/// as 16. More poses cost time in proportion.
 const CHOSEN: usize = 16;
-/// Poses of all clips to choose from, and of one clip.
+/// Poses of all clips to choose from. Bounds the memory for files with thousands of clips.
 const MOST_CANDIDATES: usize = 1 << 12;
+/// Poses of one clip to choose from. Denser poses of a clip hardly differ.
 const MOST_OF_CLIP: usize = 64;
-/// Vertices by which poses are compared.
+/// Instances of a character with different weights of morph targets that are posed. Bounds the time for damaged files.
+const MOST_INSTANCES: usize = 16;
+/// Vertices by which poses are compared. They show which joints move; all vertices would cost as much as the bake.
 const COMPARED_VERTICES: usize = 256;
-/// Without clips, as many joints are bent, those with the most weight first.
+/// Joints that are bent, those with the most weight first. The rest are fingers and the like, which move little area.
 const MOST_BENT: usize = 64;
-/// By this angle, about each axis in both directions.
+/// Angle by which joints are bent without clips, about each axis in both directions. Clips bend most joints less;
+/// larger bends make guarantees coarser.
 const BEND: f32 = 1.3;
-/// Clips with fewer keyframes than this do not show how joints bend in others: levels that are chosen by half of a walk
-/// deviate 1.7 times as far in the other half. Joints are then bent by a smaller angle, too.
+/// With fewer poses of clips than this, joints are bent as well. Levels that are chosen by half of a walk deviate 1.7
+/// times as far in the other half.
 const FEW: usize = 128;
+/// Angle by which joints are bent beside clips, which show the larger bends themselves.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
-/// Levels are made for at most so many poses.
+/// Poses that levels are simplified for and chosen by. Each one costs a measurement of every candidate.
 const MOST_MADE_FOR: usize = 32;
 
-/// Where joints and morph targets bring the vertices of a character, in its space as carried by its carrier joint.
+/// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the carrier
+/// joint.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
-    /// For each joint of the skin, from the mesh in the bind pose. Empty for the bind pose.
+    /// For each joint of the skin, the transform from the bind pose. Empty for the bind pose.
     joints: Vec<Affine3A>,
     /// For each part of the character, the weights of its morph targets.
     weights: Vec<Vec<f32>>,
@@ -59,7 +65,7 @@ impl Pose {
         positions
     }
 
-    /// The normals of all vertices, if the source has normals. Scaled joints and morph targets do not change them.
+    /// The normals of all vertices, if the source has normals. Scales of joints and morph targets are ignored.
     #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn normals(&self, character: &Character<'_>) -> Vec<Vec3> {
@@ -80,18 +86,18 @@ impl Pose {
         normals
     }
 
-    /// Whether all vertices have coordinates that a mesh may have.
+    /// Returns `true` if all posed vertices are within the range of a mesh.
     fn is_usable(&self, character: &Character<'_>) -> bool {
         let is_near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE;
         self.positions(character).iter().all(is_near)
     }
 }
 
-/// The poses that a bake goes by.
+/// The poses that a bake uses.
 pub(super) struct Training {
-    /// All in which levels are measured.
+    /// Poses in which levels are measured.
     pub(super) poses: Vec<Pose>,
-    /// Levels are made for the first of them, and chosen by them.
+    /// Number of poses at the start that levels are simplified for and chosen by.
     chosen: usize,
 }
 
@@ -104,7 +110,7 @@ impl Training {
             count if count < FEW => bent_poses(character, import, BEND_BESIDE_CLIPS),
             _ => Vec::new(),
         };
-        let rest = Rig::of(character, import).pose(&[]);
+        let rest = Rig::of(character, import).poses(&[]);
         let first = std::iter::once(Pose::default()).chain(rest).collect();
         let varied = if of_clips.is_empty() {
             &bent
@@ -128,22 +134,21 @@ impl Training {
 #[must_use]
 pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) -> Vec<Pose> {
     let rig = Rig::of(character, import);
-    let most = (MOST_CANDIDATES / clips.len().max(1)).clamp(1, MOST_OF_CLIP);
+    let most = MOST_CANDIDATES / (clips.len() * rig.instances).max(1);
     let poses = clips.iter().flat_map(|clip| {
         let channels = clip.channels.iter();
-        let own = channels.filter(|channel| rig.is_moved_by(channel.node));
-        let mut times: Vec<f32> = own.flat_map(|channel| &channel.times).copied().collect();
+        let own: Vec<_> = channels
+            .filter(|channel| rig.is_used[channel.node as usize])
+            .collect();
+        let times = own.iter().flat_map(|channel| &channel.times);
+        let mut times: Vec<f32> = times.copied().collect();
         times.sort_by(f32::total_cmp);
         times.dedup();
-        let step = times.len().div_ceil(most).max(1);
-        let times: Vec<f32> = times.into_iter().step_by(step).collect();
+        let step = times.len().div_ceil(most.clamp(1, MOST_OF_CLIP)).max(1);
         let rig = &rig;
-        times.into_iter().filter_map(move |time| {
-            let values = clip.channels.iter().map(|channel| {
-                let value = channel.at(time);
-                (channel.node, channel.property, value)
-            });
-            rig.pose(&values.collect::<Vec<_>>())
+        times.into_iter().step_by(step).flat_map(move |time| {
+            let changes = own.iter().map(|own| (own.node, own.property, own.at(time)));
+            rig.poses(&changes.collect::<Vec<_>>())
         })
     });
     poses.collect()
@@ -161,42 +166,34 @@ fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pos
     let pose = |(node, axis, angle): (u32, Vec3, f32)| {
         let rest = import.nodes[node as usize].rotation;
         let rotation = rest * Quat::from_axis_angle(axis, angle);
-        rig.pose(&[(node, Property::Rotation, rotation.to_array().to_vec())])
+        let change = (node, Property::Rotation, rotation.to_array().to_vec());
+        // Other instances differ by their morph targets alone.
+        rig.poses(&[change]).into_iter().next()
     };
     bends.filter_map(pose).collect()
 }
 
 /// Each morph target at 1, in the bind pose.
 fn target_poses(character: &Character<'_>) -> Vec<Pose> {
-    let parts = character.parts.iter();
-    let count = parts.clone().map(|part| part.rig.targets.len()).max();
-    let pose = |target: usize| Pose {
-        joints: Vec::new(),
-        weights: parts
-            .clone()
-            .map(|_| {
-                (0..=target)
-                    .map(|t| f32::from(u8::from(t == target)))
-                    .collect()
-            })
-            .collect(),
+    let targets = character.parts.iter().map(|part| part.rig.targets.len());
+    let pose = |target: usize| {
+        let mut weights = vec![0.0; target + 1];
+        weights[target] = 1.0;
+        Pose {
+            joints: Vec::new(),
+            weights: vec![weights; character.parts.len()],
+        }
     };
-    (0..count.unwrap_or(0)).map(pose).collect()
+    (0..targets.max().unwrap_or(0)).map(pose).collect()
 }
 
-/// `chosen`, and the [`CHOSEN`] candidates that are farthest from it and from each other.
+/// Adds the [`CHOSEN`] candidates that are farthest from `chosen` and from each other.
 fn farthest(character: &Character<'_>, mut chosen: Vec<Pose>, candidates: &[Pose]) -> Vec<Pose> {
-    let step = character
-        .mesh
-        .positions
-        .len()
-        .div_ceil(COMPARED_VERTICES)
-        .max(1);
+    let vertices = character.mesh.positions.len();
+    let step = vertices.div_ceil(COMPARED_VERTICES).max(1);
     let compared = |pose: &Pose| -> Vec<Vec3> {
-        pose.positions(character)
-            .into_iter()
-            .step_by(step)
-            .collect()
+        let positions = pose.positions(character).into_iter();
+        positions.step_by(step).collect()
     };
     let places: Vec<Vec<Vec3>> = candidates.iter().map(compared).collect();
     let mut distances = vec![f32::INFINITY; candidates.len()];
@@ -206,10 +203,8 @@ fn farthest(character: &Character<'_>, mut chosen: Vec<Pose>, candidates: &[Pose
             let own: f32 = pairs.map(|(a, b)| a.distance_squared(*b)).sum();
             *distance = distance.min(own);
         }
-        let numbered = distances.iter().enumerate();
-        numbered
-            .max_by(|a, b| a.1.total_cmp(b.1))
-            .map(|(k, d)| (k, *d))
+        let distances = distances.iter().copied().enumerate();
+        distances.max_by(|a, b| a.1.total_cmp(&b.1))
     };
     let mut next = None;
     for pose in &chosen {
@@ -225,99 +220,139 @@ fn farthest(character: &Character<'_>, mut chosen: Vec<Pose>, candidates: &[Pose
     chosen
 }
 
+/// A node, a property, and its value in a pose.
+type Change = (u32, Property, Vec<f32>);
+
 /// The nodes that pose a character.
 struct Rig<'a> {
     character: &'a Character<'a>,
     nodes: &'a [Node],
     /// The nodes of the joints.
     joints: &'a [u32],
-    /// The joints and what they are attached to, parents first.
+    /// The joints and their ancestors, parents first.
     order: Vec<u32>,
+    /// For each node in `order`, its index there.
+    slots: Vec<usize>,
+    /// For each part, the nodes that draw its mesh.
+    drawn_by: Vec<Vec<u32>>,
+    /// The largest number of nodes that draw a mesh of the character, up to [`MOST_INSTANCES`].
+    instances: usize,
+    /// For each node of the file, whether it affects a pose.
+    is_used: Vec<bool>,
 }
 
 impl<'a> Rig<'a> {
     fn of(character: &'a Character<'a>, import: &'a Import) -> Self {
         let joints = character.skin.map_or(&[][..], |skin| &skin.joints);
-        let mut is_listed = vec![false; import.nodes.len()];
-        let mut order = Vec::new();
+        let mut is_used = vec![false; import.nodes.len()];
+        let mut order: Vec<u32> = Vec::new();
         for &joint in joints {
             let chain = ancestors(&import.nodes, joint);
-            let new: Vec<u32> = chain
-                .take_while(|node| !is_listed[*node as usize])
-                .collect();
-            new.iter().for_each(|node| is_listed[*node as usize] = true);
+            let new = chain.take_while(|node| !is_used[*node as usize]);
+            let new: Vec<u32> = new.collect();
+            new.iter().for_each(|node| is_used[*node as usize] = true);
             order.extend(new.into_iter().rev());
+        }
+        let mut slots = vec![0; import.nodes.len()];
+        for (slot, &node) in order.iter().enumerate() {
+            slots[node as usize] = slot;
+        }
+        let drawn_by = character.parts.iter().map(|part| {
+            let mesh = Some(part.primitive.place.mesh_index);
+            let nodes = (0u32..).zip(&import.nodes);
+            let drawing = nodes.filter(|(_, node)| node.mesh == mesh);
+            let drawing = drawing.map(|(index, _)| index).take(MOST_INSTANCES);
+            drawing.collect()
+        });
+        let drawn_by: Vec<Vec<u32>> = drawn_by.collect();
+        for node in drawn_by.iter().flatten() {
+            is_used[*node as usize] = true;
         }
         Self {
             character,
             nodes: &import.nodes,
             joints,
             order,
+            slots,
+            instances: drawn_by.iter().map(Vec::len).max().unwrap_or(0).max(1),
+            drawn_by,
+            is_used,
         }
     }
 
-    fn is_moved_by(&self, node: u32) -> bool {
-        let mesh = self.nodes[node as usize].mesh;
-        let parts = self.character.parts.iter();
-        let mut meshes = parts.map(|part| part.primitive.place.mesh_index);
-        self.order.contains(&node) || meshes.any(|own| Some(own) == mesh)
-    }
-
-    /// The pose in which some properties of nodes differ from the rest pose. `None` if it is degenerate or too far away.
-    fn pose(&self, values: &[(u32, Property, Vec<f32>)]) -> Option<Pose> {
-        let mut nodes: Vec<Node> = self.nodes.to_vec();
-        for (node, property, value) in values {
-            let node = &mut nodes[*node as usize];
-            match (property, &value[..]) {
-                (Property::Translation, &[x, y, z]) => node.translation = Vec3::new(x, y, z),
-                (Property::Scale, &[x, y, z]) => node.scale = Vec3::new(x, y, z),
-                (Property::Rotation, &[x, y, z, w]) => {
-                    node.rotation = Quat::from_xyzw(x, y, z, w).normalize();
-                }
-                (Property::Weights, weights) => node.weights = weights.to_vec(),
-                _ => {}
+    /// The poses in which some properties of nodes differ from the rest pose: one for each instance with other weights of
+    /// morph targets. Degenerate poses, and poses that are too far away, are left out.
+    fn poses(&self, changes: &[Change]) -> Vec<Pose> {
+        let mut poses: Vec<Pose> = Vec::new();
+        let Some(joints) = self.joints_in(changes) else {
+            return poses;
+        };
+        for instance in 0..self.instances {
+            let weights = self.weights_in(changes, instance);
+            if poses.iter().all(|pose| pose.weights != weights) {
+                let joints = joints.clone();
+                poses.push(Pose { joints, weights });
             }
         }
-        let pose = Pose {
-            joints: self.joints_of(&nodes)?,
-            weights: self.weights_of(&nodes),
-        };
-        pose.is_usable(self.character).then_some(pose)
+        poses.retain(|pose| pose.is_usable(self.character));
+        poses
     }
 
-    fn joints_of(&self, nodes: &[Node]) -> Option<Vec<Affine3A>> {
+    fn joints_in(&self, changes: &[Change]) -> Option<Vec<Affine3A>> {
         let Some(skin) = self.character.skin else {
             return Some(Vec::new());
         };
-        let mut globals = vec![Mat4::IDENTITY; nodes.len()];
-        for &index in &self.order {
-            let node = &nodes[index as usize];
-            let local =
-                Mat4::from_scale_rotation_translation(node.scale, node.rotation, node.translation);
-            globals[index as usize] = match node.parent {
-                Some(parent) => globals[parent as usize] * local,
+        let nodes = || self.order.iter().map(|&node| &self.nodes[node as usize]);
+        let local = |node: &Node| (node.scale, node.rotation, node.translation);
+        let mut locals: Vec<(Vec3, Quat, Vec3)> = nodes().map(local).collect();
+        for (node, property, value) in changes {
+            let slot = self.slots[*node as usize];
+            // Nodes that are not in the list have slot 0.
+            if self.order.get(slot) != Some(node) {
+                continue;
+            }
+            let (scale, rotation, translation) = &mut locals[slot];
+            match (property, &value[..]) {
+                (Property::Translation, &[x, y, z]) => *translation = Vec3::new(x, y, z),
+                (Property::Scale, &[x, y, z]) => *scale = Vec3::new(x, y, z),
+                (Property::Rotation, &[x, y, z, w]) => {
+                    *rotation = Quat::from_xyzw(x, y, z, w).normalize();
+                }
+                _ => {}
+            }
+        }
+        let mut globals: Vec<Mat4> = Vec::with_capacity(locals.len());
+        for (node, (scale, rotation, translation)) in nodes().zip(locals) {
+            let local = Mat4::from_scale_rotation_translation(scale, rotation, translation);
+            globals.push(match node.parent {
+                Some(parent) => globals[self.slots[parent as usize]] * local,
                 None => local,
-            };
+            });
         }
         let pairs = skin.joints.iter().zip(&skin.inverse_binds);
-        let joints =
-            pairs.map(|(&joint, bind)| Affine3A::from_mat4(globals[joint as usize] * *bind));
+        let joints = pairs.map(|(&joint, bind)| {
+            let global = globals[self.slots[joint as usize]];
+            Affine3A::from_mat4(global * *bind)
+        });
         let joints: Vec<Affine3A> = joints.collect();
-        let carrier = joints.get(usize::from(self.character.carrier_joint?))?;
-        let own_from_world = carrier
-            .matrix3
-            .determinant()
-            .is_normal()
-            .then(|| carrier.inverse())?;
+        let carrier = joints.get(usize::from(self.character.carrier_joint()?))?;
+        let is_regular = carrier.matrix3.determinant().is_normal();
+        let own_from_world = is_regular.then(|| carrier.inverse())?;
         Some(joints.iter().map(|joint| own_from_world * *joint).collect())
     }
 
-    fn weights_of(&self, nodes: &[Node]) -> Vec<Vec<f32>> {
-        let parts = self.character.parts.iter();
-        let of_part = parts.map(|part| {
-            let mesh = Some(part.primitive.place.mesh_index);
-            let node = nodes.iter().find(|node| node.mesh == mesh);
-            node.map_or_else(Vec::new, |node| node.weights.clone())
+    /// The weights of the morph targets of each part, as an instance has them.
+    fn weights_in(&self, changes: &[Change], instance: usize) -> Vec<Vec<f32>> {
+        let of_part = self.drawn_by.iter().map(|nodes| {
+            let node = nodes.get(instance.min(nodes.len().saturating_sub(1)));
+            let Some(&node) = node else {
+                return Vec::new();
+            };
+            let is_own = |change: &&Change| change.0 == node && change.1 == Property::Weights;
+            match changes.iter().rfind(is_own) {
+                Some((_, _, weights)) => weights.clone(),
+                None => self.nodes[node as usize].weights.clone(),
+            }
         });
         of_part.collect()
     }

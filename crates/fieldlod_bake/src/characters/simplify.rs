@@ -55,7 +55,7 @@ impl<'a> Simplifier<'a> {
         let vertices = LevelVertices::of(&mesh, topology, surfaces, NORMAL_WEIGHT);
         let posed: Vec<Vec<Vec3>> = poses.iter().map(|pose| pose.positions(character)).collect();
         let extent = extent_of(&character.mesh.positions);
-        let area = area_of(&mesh);
+        let area = character.area();
         let weight =
             (extent * extent / (6.0 * area)).sqrt() / (extent * (poses.len() as f32).sqrt());
         Self {
@@ -250,13 +250,4 @@ fn add<T: NoUninit>(key: &mut Vec<u8>, value: Option<&T>) {
 fn extent_of(positions: &[Vec3]) -> f32 {
     let aabb = fieldlod_hierarchy::Aabb::around(positions.iter().copied()).unwrap_or_default();
     (aabb.max - aabb.min).max_element()
-}
-
-fn area_of(mesh: &SourceMesh) -> f32 {
-    let (triangles, _) = mesh.indices.as_chunks::<3>();
-    let area = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|vertex| mesh.positions[vertex as usize]);
-        0.5 * (b - a).cross(c - a).length()
-    };
-    triangles.iter().map(area).sum()
 }

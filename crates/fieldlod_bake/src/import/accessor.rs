@@ -1,4 +1,4 @@
-//! Numbers out of buffers, every range checked.
+//! Numbers in buffers. Every range is checked.
 
 use gltf::accessor::sparse::{IndexType, Sparse};
 use gltf::accessor::{DataType, Dimensions};
@@ -8,17 +8,18 @@ use super::buffers::Buffers;
 use super::error::AccessorFault;
 use super::format::{Component, little_endian};
 
-// As many as a mesh may have vertices or indices.
+/// Largest number of vertices or indices of a mesh.
 const MAX_ELEMENTS: usize = u32::MAX as usize / 2;
 
-// Elements that are zero without taking room in the file: a few bytes must not claim gigabytes.
+/// Largest number of elements without a view, which are zero and need no bytes in the file. Otherwise a file of a few
+/// bytes could claim gigabytes.
 const MAX_ZEROS: usize = 1 << 24;
 
-/// Reads vectors of `N` numbers: those at the places `only`, which ascend, or all. Components that the accessor lacks
-/// are those of `blank`.
+/// Reads vectors of `N` numbers: those at the indices `only`, which ascend, or all. Components that the accessor lacks
+/// come from `blank`.
 ///
 /// # Panics
-/// If the accessor has more than `N` components, or is a matrix.
+/// If the accessor has more than `N` components.
 pub(super) fn read_vectors<const N: usize>(
     accessor: &Accessor<'_>,
     buffers: &Buffers,
@@ -45,18 +46,17 @@ pub(super) fn read_numbers(
     accessor: &Accessor<'_>,
     buffers: &Buffers,
 ) -> Result<Vec<f32>, AccessorFault> {
-    let (component, bytes) = (Component::of(accessor), accessor.data_type().size());
-    let components = accessor.dimensions().multiplicity();
-    let decode = |element: &[u8]| {
-        let mut numbers = [0.0; 16];
-        for (number, bytes) in numbers.iter_mut().zip(element.chunks_exact(bytes)) {
-            *number = component.number(bytes);
-        }
-        numbers
-    };
-    let elements = read_elements(accessor, buffers, [0.0; 16], None, &decode)?;
-    let of_element = |element: [f32; 16]| element.into_iter().take(components);
-    Ok(elements.into_iter().flat_map(of_element).collect())
+    fn all<const N: usize>(a: &Accessor<'_>, b: &Buffers) -> Result<Vec<f32>, AccessorFault> {
+        Ok(read_vectors(a, b, [0.0; N], None)?.into_flattened())
+    }
+    match accessor.dimensions() {
+        Dimensions::Scalar => all::<1>(accessor, buffers),
+        Dimensions::Vec2 => all::<2>(accessor, buffers),
+        Dimensions::Vec3 => all::<3>(accessor, buffers),
+        Dimensions::Vec4 | Dimensions::Mat2 => all::<4>(accessor, buffers),
+        Dimensions::Mat3 => all::<9>(accessor, buffers),
+        Dimensions::Mat4 => all::<16>(accessor, buffers),
+    }
 }
 
 /// Reads indices of 8, 16 or 32 bits.
@@ -83,35 +83,30 @@ fn read_elements<T: Copy>(
     decode: &dyn Fn(&[u8]) -> T,
 ) -> Result<Vec<T>, AccessorFault> {
     let (count, view) = (accessor.count(), accessor.view());
-    let limit = if view.is_some() {
-        MAX_ELEMENTS
-    } else {
-        MAX_ZEROS
+    let most = match view {
+        Some(_) => MAX_ELEMENTS,
+        None => MAX_ZEROS,
     };
     let range = Range {
         accessor: accessor.index(),
         count,
         element: accessor.size(),
     };
-    if count > limit {
+    if count > most {
         let accessor = range.accessor;
         return Err(AccessorFault::TooMany { accessor, count });
     }
-    // The elements of the view, or zeros without one.
     let mut values: Vec<T> = match view {
         Some(view) => {
             let element = range.elements(&view, accessor.offset(), buffers)?;
+            let decode = |at: usize| decode(element(at));
             match only {
-                Some(only) => only
-                    .iter()
-                    .map(|&at| decode(element(at as usize)))
-                    .collect(),
-                None => (0..count).map(|at| decode(element(at))).collect(),
+                Some(only) => only.iter().map(|&at| decode(at as usize)).collect(),
+                None => (0..count).map(decode).collect(),
             }
         }
         None => vec![zero; only.map_or(count, <[u32]>::len)],
     };
-    // Some of them replaced.
     if let Some(sparse) = accessor.sparse() {
         replace_sparse(&mut values, &sparse, range, buffers, only, decode)?;
     }
@@ -158,7 +153,7 @@ fn replace_sparse<T>(
     Ok(())
 }
 
-/// How many elements of how many bytes an accessor reads from some view.
+/// The elements that an accessor reads from a view: their number, and bytes of each.
 #[derive(Clone, Copy)]
 struct Range {
     accessor: usize,
@@ -167,16 +162,14 @@ struct Range {
 }
 
 impl Range {
-    /// The bytes of each element, by its number.
+    /// The bytes of each element, by its index.
     fn elements<'a>(
         self,
         view: &View<'_>,
         offset_in_view: usize,
         buffers: &'a Buffers,
     ) -> Result<impl Fn(usize) -> &'a [u8] + use<'a>, AccessorFault> {
-        let Self {
-            accessor, element, ..
-        } = self;
+        let (accessor, element) = (self.accessor, self.element);
         let stride = view.stride().unwrap_or(element);
         if stride < element {
             return Err(AccessorFault::Stride {
@@ -185,9 +178,17 @@ impl Range {
                 element,
             });
         }
-        let bytes = self
-            .bytes(view, offset_in_view, stride, buffers)
-            .ok_or_else(|| self.out_of_bounds())?;
+        let end = |count: usize| (count - 1).checked_mul(stride)?.checked_add(element);
+        let length = if self.count > 0 {
+            end(self.count)
+        } else {
+            Some(0)
+        };
+        let bytes = buffers.view(view).and_then(|bytes| {
+            let end = offset_in_view.checked_add(length?)?;
+            bytes.get(offset_in_view..end)
+        });
+        let bytes = bytes.ok_or_else(|| self.out_of_bounds())?;
         Ok(move |index| &bytes[index * stride..index * stride + element])
     }
 
@@ -195,21 +196,5 @@ impl Range {
         AccessorFault::OutOfBounds {
             accessor: self.accessor,
         }
-    }
-
-    /// The bytes from the first element to the last; `None` if they are not all there.
-    fn bytes<'a>(
-        self,
-        view: &View<'_>,
-        offset_in_view: usize,
-        stride: usize,
-        buffers: &'a Buffers,
-    ) -> Option<&'a [u8]> {
-        let view_bytes = buffers.view(view)?;
-        let length = match self.count.checked_sub(1) {
-            Some(before_last) => before_last.checked_mul(stride)?.checked_add(self.element)?,
-            None => 0,
-        };
-        view_bytes.get(offset_in_view..offset_in_view.checked_add(length)?)
     }
 }

@@ -41,8 +41,8 @@ pub use error::{
 pub use images::{ImageFault, UnreadImage};
 pub use meshopt_views::PackedViewFault;
 pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, Skin};
-pub use rig_fault::RigFault;
-pub use unpack::unpack_gltf;
+pub use rig_fault::{ClipFault, RigFault};
+pub use unpack::{UnpackedGltf, unpack_gltf};
 
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
@@ -81,28 +81,48 @@ impl Import {
                 _ => None,
             })
     }
+
+    /// Adds the clips of another file. They move the nodes of this file with the same names; animations of other nodes
+    /// are ignored.
+    ///
+    /// # Errors
+    /// If a name is ambiguous, or if no clip moves a node of this file. Nothing is added then.
+    pub fn add_clips(&mut self, file: Self) -> Result<(), ClipFault> {
+        let (own, others) = (nodes_by_name(&self.nodes), nodes_by_name(&file.nodes));
+        let own_channel = |channel: &Channel| {
+            let name = &*file.nodes[channel.node as usize].name;
+            let found = own.get(name).filter(|_| !name.is_empty())?;
+            let is_ambiguous = found.len() > 1 || others[name].len() > 1;
+            Some(if is_ambiguous {
+                Err(ClipFault::AmbiguousNode(name.to_owned()))
+            } else {
+                let node = found[0];
+                let channel = channel.clone();
+                Ok(Channel { node, ..channel })
+            })
+        };
+        let mut clips = Vec::new();
+        for Clip { name, channels } in &file.clips {
+            let channels = channels.iter().filter_map(own_channel);
+            let channels: Vec<Channel> = channels.collect::<Result<_, _>>()?;
+            let name = name.clone();
+            clips.push(Clip { name, channels });
+        }
+        clips.retain(|clip| !clip.channels.is_empty());
+        if clips.is_empty() {
+            return Err(ClipFault::NoNode);
+        }
+        self.clips.extend(clips);
+        Ok(())
+    }
 }
 
-impl Import {
-    /// Adds the clips of another file. Its nodes are those of this file with the same names; others are ignored. Returns
-    /// how many clips move some node.
-    pub fn add_clips(&mut self, file: Self) -> usize {
-        let named = (0u32..).zip(&self.nodes);
-        let by_name: HashMap<&str, u32> = named.map(|(index, node)| (&*node.name, index)).collect();
-        let own_node = |channel: Channel| {
-            let name = &file.nodes[channel.node as usize].name;
-            let node = by_name.get(&**name).filter(|_| !name.is_empty());
-            node.map(|&node| Channel { node, ..channel })
-        };
-        let clips = file.clips.into_iter().map(|clip| Clip {
-            channels: clip.channels.into_iter().filter_map(own_node).collect(),
-            name: clip.name,
-        });
-        let clips: Vec<Clip> = clips.filter(|clip| !clip.channels.is_empty()).collect();
-        let count = clips.len();
-        self.clips.extend(clips);
-        count
+fn nodes_by_name(nodes: &[Node]) -> HashMap<&str, Vec<u32>> {
+    let mut by_name: HashMap<&str, Vec<u32>> = HashMap::new();
+    for (index, node) in (0..).zip(nodes) {
+        by_name.entry(&node.name).or_default().push(index);
     }
+    by_name
 }
 
 /// One primitive of a glTF mesh, in its local space.

@@ -1,4 +1,4 @@
-//! Why a skinned or morphed primitive is skipped.
+//! Faults of skins, morph targets and clips.
 
 use thiserror::Error;
 
@@ -47,4 +47,16 @@ pub enum RigFault {
     /// Bevy splits the vertices of a mesh without normals, but not those of its morph targets.
     #[error("it has morph targets and indices, but no normals")]
     MorphedWithoutNormals,
+}
+
+/// Why the clips of another file are not added.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ClipFault {
+    /// No clip moves a node of the baked file.
+    #[error("no animation moves a node of the baked file")]
+    NoNode,
+    /// Several nodes of one of the files have the name of an animated node.
+    #[error("an animation moves the node {0:?}, but several nodes have this name")]
+    AmbiguousNode(String),
 }

@@ -1,20 +1,31 @@
 //! A glTF file in the form that Bevy reads.
 
-use gltf::accessor::{DataType, Dimensions};
-use gltf::{Accessor, Document};
+use std::collections::BTreeSet;
+
+use gltf::accessor::DataType;
+use gltf::{Accessor, Document, Semantic};
 use serde_json::{Value, json};
 
-use super::accessor::read_vectors;
+use super::accessor::read_numbers;
 use super::buffers::Buffers;
-use super::error::{AccessorFault, ImportError};
+use super::error::ImportError;
 use super::{ReadBeside, document, meshopt_views};
 
 const FLOAT: u32 = 5126;
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 
-/// Rewrites a `.gltf` or `.glb` file as a self-contained `.glb` file that Bevy 0.19 reads.
+/// A self-contained glTF file: its JSON, and the bytes of its one buffer.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct UnpackedGltf {
+    /// The JSON.
+    pub json: Value,
+    /// The bytes of the buffer.
+    pub binary: Vec<u8>,
+}
+
+/// Rewrites a `.gltf` or `.glb` file as a self-contained file that Bevy 0.19 reads.
 ///
-/// - Buffers beside the file and in data URIs become its one binary chunk. Images stay where they are.
+/// - Buffers beside the file and in data URIs become one buffer. Images stay where they are.
 /// - Buffer views packed by `EXT_meshopt_compression` or `KHR_meshopt_compression` are unpacked.
 /// - Vertex attributes in formats of `KHR_mesh_quantization` become 32-bit floating-point numbers in the same
 ///   units, so that nodes stay as they are.
@@ -23,44 +34,45 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 ///
 /// # Errors
 /// An [`ImportError`] if the file cannot be read, or if it requires an extension that is not supported.
-pub fn unpack_gltf(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Vec<u8>, ImportError> {
-    let (mut json, blob) = document::json_of(bytes)?;
+pub fn unpack_gltf(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<UnpackedGltf, ImportError> {
+    let (json, blob) = document::json_of(bytes)?;
     let document = document::parse(json.clone())?;
     let buffers = Buffers::load(&document, blob, beside)?;
-    let mut file = Unpacked::default();
+    let mut file = UnpackedGltf {
+        json,
+        binary: Vec::new(),
+    };
     for view in document.views() {
         let bytes = buffers.view(&view);
         let bytes = bytes.ok_or_else(|| outside("bufferViews", view.index()))?;
-        file.replace_view(&mut json, view.index(), bytes);
+        file.replace_view(view.index(), bytes);
     }
-    let mut accessors = document.accessors();
-    for index in quantized_attributes(&document) {
-        let Some(accessor) = accessors.find(|accessor| accessor.index() == index) else {
-            continue;
-        };
-        let floats = floats_of(&accessor, &buffers);
-        let floats = floats.map_err(|_| outside("accessors", index))?;
-        file.replace_accessor(&mut json, &accessor, &floats);
+    let quantized = quantized_attributes(&document);
+    let accessors = document.accessors();
+    for accessor in accessors.filter(|accessor| quantized.contains(&accessor.index())) {
+        let floats = read_numbers(&accessor, &buffers);
+        let floats = floats.map_err(|_| outside("accessors", accessor.index()))?;
+        file.replace_accessor(&accessor, &floats);
     }
     for list in ["extensionsUsed", "extensionsRequired"] {
-        drop_extensions(&mut json, list);
+        drop_extensions(&mut file.json, list);
     }
-    let count = file.binary.len();
-    json["buffers"] = json!([{ "byteLength": count }]);
-    Ok(document::glb_of(&json, &file.binary))
+    file.json["buffers"] = json!([{ "byteLength": file.binary.len() }]);
+    Ok(file)
 }
 
 fn outside(list: &str, index: usize) -> ImportError {
     ImportError::Invalid(format!("{list}[{index}] reads outside its buffer"))
 }
 
-#[derive(Default)]
-struct Unpacked {
-    binary: Vec<u8>,
-}
+impl UnpackedGltf {
+    /// Encodes the file as binary glTF.
+    #[must_use]
+    pub fn to_glb(&self) -> Vec<u8> {
+        document::glb_of(&self.json, &self.binary)
+    }
 
-impl Unpacked {
-    /// Adds bytes, and returns where they begin.
+    /// Adds bytes, and returns their offset.
     fn push(&mut self, bytes: &[u8]) -> usize {
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
         let offset = self.binary.len();
@@ -68,9 +80,9 @@ impl Unpacked {
         offset
     }
 
-    fn replace_view(&mut self, json: &mut Value, index: usize, bytes: &[u8]) {
+    fn replace_view(&mut self, index: usize, bytes: &[u8]) {
         let offset = self.push(bytes);
-        let view = &mut json["bufferViews"][index];
+        let view = &mut self.json["bufferViews"][index];
         (view["buffer"], view["byteOffset"]) = (json!(0), json!(offset));
         view["byteLength"] = json!(bytes.len());
         if let Some(extensions) = view.get_mut("extensions").and_then(Value::as_object_mut) {
@@ -78,11 +90,11 @@ impl Unpacked {
         }
     }
 
-    fn replace_accessor(&mut self, json: &mut Value, old: &Accessor<'_>, floats: &[f32]) {
+    fn replace_accessor(&mut self, old: &Accessor<'_>, floats: &[f32]) {
         let bytes: Vec<u8> = floats.iter().flat_map(|x| x.to_le_bytes()).collect();
         let offset = self.push(&bytes);
         let view = json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() });
-        let Some(views) = json["bufferViews"].as_array_mut() else {
+        let Some(views) = self.json["bufferViews"].as_array_mut() else {
             return;
         };
         views.push(view);
@@ -92,7 +104,7 @@ impl Unpacked {
             let axis = |axis| floats.iter().skip(axis).step_by(width).copied();
             (0..width).map(|k| axis(k).fold(start, pick)).collect()
         };
-        let accessor = &mut json["accessors"][old.index()];
+        let accessor = &mut self.json["accessors"][old.index()];
         (accessor["bufferView"], accessor["componentType"]) = (json!(view), json!(FLOAT));
         accessor["min"] = json!(extreme(f32::INFINITY, f32::min));
         accessor["max"] = json!(extreme(f32::NEG_INFINITY, f32::max));
@@ -104,61 +116,38 @@ impl Unpacked {
     }
 }
 
-/// The accessors of vertex attributes and morph targets in formats that Bevy does not read, ascending.
-fn quantized_attributes(document: &Document) -> Vec<usize> {
+/// The accessors of vertex attributes and morph targets in formats that Bevy does not read.
+fn quantized_attributes(document: &Document) -> BTreeSet<usize> {
     let primitives = document.meshes().flat_map(|mesh| mesh.primitives());
-    let mut quantized = Vec::new();
-    let mut add = |accessor: Option<Accessor<'_>>, may_be_shares: bool| {
-        quantized.extend(
-            accessor
-                .filter(|a| !is_plain(a, may_be_shares))
-                .map(|a| a.index()),
-        );
-    };
+    let mut quantized = BTreeSet::new();
     for primitive in primitives {
-        for (semantic, accessor) in primitive.attributes() {
-            match semantic {
-                gltf::Semantic::TexCoords(_) => add(Some(accessor), true),
-                gltf::Semantic::Positions | gltf::Semantic::Normals | gltf::Semantic::Tangents => {
-                    add(Some(accessor), false);
-                }
-                _ => {}
-            }
-        }
-        for target in primitive.morph_targets() {
-            for accessor in [target.positions(), target.normals(), target.tangents()] {
-                add(accessor, false);
-            }
-        }
+        let attributes = primitive.attributes();
+        let attributes = attributes.filter_map(|(semantic, accessor)| match semantic {
+            Semantic::TexCoords(_) => Some((accessor, true)),
+            Semantic::Positions | Semantic::Normals | Semantic::Tangents => Some((accessor, false)),
+            _ => None,
+        });
+        let targets = primitive.morph_targets();
+        let targets = targets.flat_map(|t| [t.positions(), t.normals(), t.tangents()]);
+        let targets = targets.flatten().map(|accessor| (accessor, false));
+        let all = attributes.chain(targets);
+        let read = all.filter(|(accessor, may_be_shares)| !is_plain(accessor, *may_be_shares));
+        quantized.extend(read.map(|(accessor, _)| accessor.index()));
     }
-    quantized.sort_unstable();
-    quantized.dedup();
     quantized
 }
 
+/// Returns `true` if Bevy reads the accessor. Normalized texture coordinates may have unsigned integers.
 fn is_plain(accessor: &Accessor<'_>, may_be_shares: bool) -> bool {
     match accessor.data_type() {
-        DataType::F32 => true,
         DataType::U8 | DataType::U16 => may_be_shares && accessor.normalized(),
-        // No extension knows these.
-        DataType::U32 => true,
         DataType::I8 | DataType::I16 => false,
+        // No extension allows 32-bit integers.
+        DataType::F32 | DataType::U32 => true,
     }
 }
 
-fn floats_of(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<f32>, AccessorFault> {
-    Ok(match accessor.dimensions() {
-        Dimensions::Vec2 => read_vectors::<2>(accessor, buffers, [0.0; 2], None)?.into_flattened(),
-        Dimensions::Vec3 => read_vectors::<3>(accessor, buffers, [0.0; 3], None)?.into_flattened(),
-        Dimensions::Vec4 => read_vectors::<4>(accessor, buffers, [0.0; 4], None)?.into_flattened(),
-        _ => {
-            let accessor = accessor.index();
-            return Err(AccessorFault::OutOfBounds { accessor });
-        }
-    })
-}
-
-/// Drops the names of extensions that the file needs no more.
+/// Drops the names of extensions that the unpacked file does not use.
 fn drop_extensions(json: &mut Value, list: &str) {
     let Some(names) = json.get_mut(list).and_then(Value::as_array_mut) else {
         return;

@@ -28,20 +28,25 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 
 /// Checks that the finest cut has exactly the triangles of the source.
 fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
-    // How much more often each triangle is drawn than the source has it.
-    let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
     let hierarchy = subject.hierarchy;
     let units = subject.cut(|_| true).into_iter();
-    for triangle in units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit])) {
-        *balance.entry(turned(triangle)).or_default() += 1;
-    }
-    for &triangle in subject.source_triangles() {
-        *balance.entry(turned(triangle)).or_default() -= 1;
-    }
-    match balance.values().filter(|&&count| count != 0).count() {
+    let finest = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
+    let source = subject.source_triangles().iter().copied();
+    match differing_triangles(finest, source) {
         0 => Ok(()),
         found => Err(VerifyError::FinestCut { found }),
     }
+}
+
+/// Number of different triangles that two lists do not have equally often, in any order and from any corner.
+pub(crate) fn differing_triangles(
+    a: impl Iterator<Item = [u32; 3]>,
+    b: impl Iterator<Item = [u32; 3]>,
+) -> usize {
+    let mut balance: HashMap<[u32; 3], i64> = HashMap::new();
+    a.for_each(|triangle| *balance.entry(turned(triangle)).or_default() += 1);
+    b.for_each(|triangle| *balance.entry(turned(triangle)).or_default() -= 1);
+    balance.values().filter(|&&count| count != 0).count()
 }
 
 /// A third of the cuts by error, a third by place as a camera would, a third at random.

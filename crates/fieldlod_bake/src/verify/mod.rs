@@ -8,6 +8,7 @@ mod subject;
 
 use fieldlod_hierarchy::Hierarchy;
 
+pub(crate) use cuts::differing_triangles;
 pub use report::{Verified, VerifyError, VerifySettings};
 
 use crate::mesh::SourceMesh;

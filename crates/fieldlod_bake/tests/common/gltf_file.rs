@@ -131,6 +131,13 @@ impl GltfFile {
         self.write("mesh.glb", &bytes)
     }
 
+    /// Writes a GLB file with some bytes replaced.
+    pub(crate) fn glb_with(&mut self, at: usize, bytes: &[u8]) -> PathBuf {
+        let mut glb = self.glb_bytes();
+        glb[at..at + bytes.len()].copy_from_slice(bytes);
+        self.write("mesh.glb", &glb)
+    }
+
     pub(crate) fn glb_bytes(&mut self) -> Vec<u8> {
         if self.json["buffers"].as_array().is_some_and(Vec::is_empty) {
             self.json["buffers"] = json!([{ "byteLength": self.binary.len() }]);

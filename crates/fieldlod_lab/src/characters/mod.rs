@@ -85,7 +85,8 @@ fn half(clip: &Clip, is_second: bool) -> Clip {
     }
 }
 
-/// Bakes the characters of a file with the first half of its clips, and measures them in the second.
+/// Bakes the characters of a file with the first half of its clips, and measures them in the second. Primitives that
+/// could not be baked are added to `failed`, a line for each; their characters are not measured.
 ///
 /// # Errors
 /// As [`Renderer::draw`].
@@ -93,10 +94,20 @@ pub fn measure(
     name: &str,
     mut import: Import,
     drawing: Option<(&Renderer, &PictureOptions)>,
+    failed: &mut Vec<String>,
 ) -> Result<Vec<CharacterResult>, RenderError> {
     let [baked, held_out] = split(std::mem::take(&mut import.clips));
     import.clips = baked;
-    let hierarchies: Vec<Option<Hierarchy>> = by_primitive(&import);
+    let mut hierarchies: Vec<Option<Hierarchy>> = vec![None; import.primitives.len()];
+    let rigged = import.primitives.iter().enumerate();
+    let rigged = rigged.filter(|(_, primitive)| primitive.rig.is_some());
+    let baked = bake_rigged(&import, &BakeConfig::default());
+    for ((index, _), (place, result)) in rigged.zip(baked) {
+        match result {
+            Ok((hierarchy, _)) => hierarchies[index] = Some(hierarchy),
+            Err(fault) => failed.push(format!("{name}: {place}: could not be baked: {fault}")),
+        }
+    }
     let characters = Character::all_of(&import).into_iter();
     let measured = characters.filter_map(|character| {
         let hierarchies = character
@@ -117,17 +128,6 @@ pub fn measure(
     measured.collect()
 }
 
-/// The hierarchy of each primitive of an import that has a rig.
-fn by_primitive(import: &Import) -> Vec<Option<Hierarchy>> {
-    let mut baked = bake_rigged(import, &BakeConfig::default()).into_iter();
-    let primitives = import.primitives.iter();
-    let hierarchy = primitives.map(|primitive| {
-        let (_, baked) = primitive.rig.as_ref().and_then(|_| baked.next())?;
-        Some(baked.ok()?.0)
-    });
-    hierarchy.collect()
-}
-
 struct Subject<'a> {
     character: &'a Character<'a>,
     poses: Vec<Pose>,
@@ -141,17 +141,10 @@ struct Subject<'a> {
 impl<'a> Subject<'a> {
     fn of(character: &'a Character<'a>, baked: &[&Hierarchy], poses: Vec<Pose>) -> Self {
         let first = baked[0];
-        let level = |level: usize| {
-            let parts = character.parts.iter().zip(baked);
-            let own = parts.flat_map(|(part, hierarchy)| {
-                let triangles = hierarchy.triangles_of(&hierarchy.units[level]);
-                triangles.map(|triangle| triangle.map(|vertex| vertex + part.vertices.start))
-            });
-            own.collect()
-        };
         let count = first.groups.len();
+        let levels = (1..count).map(|level| character.triangles_at(baked, level));
         Self {
-            levels: (1..count).map(level).collect(),
+            levels: levels.collect(),
             stated: first
                 .groups
                 .iter()

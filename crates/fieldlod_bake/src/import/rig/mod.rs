@@ -80,6 +80,7 @@ pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
     let node = |node: gltf::Node<'_>| {
         let (translation, rotation, scale) = node.transform().decomposed();
         let mesh = node.mesh();
+        let of_mesh = mesh.as_ref().and_then(gltf::Mesh::weights);
         Node {
             name: node.name().unwrap_or_default().to_owned(),
             parent: None,
@@ -87,9 +88,7 @@ pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
             translation: translation.into(),
             rotation: Quat::from_array(rotation),
             scale: scale.into(),
-            weights: mesh
-                .and_then(|mesh| mesh.weights().map(<[f32]>::to_vec))
-                .unwrap_or_default(),
+            weights: node.weights().or(of_mesh).unwrap_or_default().to_vec(),
         }
     };
     let mut nodes: Vec<Node> = document.nodes().map(node).collect();

@@ -40,7 +40,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let drawing = renderer.as_ref().map(|renderer| (renderer, &options));
-        results.extend(characters::measure(&name, import, drawing)?);
+        let mut failed = Vec::new();
+        results.extend(characters::measure(&name, import, drawing, &mut failed)?);
+        failed.iter().for_each(|line| eprintln!("warning: {line}"));
     }
     print(&results, arguments.json, |results| {
         characters::table(results)

@@ -51,8 +51,8 @@ pub struct Fallback {
 pub enum FallbackKind {
     /// Small components were removed.
     Pruned,
-    /// Attributes were ignored, and textures may be torn at seams.
-    AttributesIgnored,
+    /// Textures may be torn at seams.
+    TexturesTorn,
     /// Vertices were merged on a grid, which opens closed surfaces.
     Sloppy,
 }
@@ -61,7 +61,7 @@ impl fmt::Display for FallbackKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Pruned => "small components removed",
-            Self::AttributesIgnored => "attributes ignored",
+            Self::TexturesTorn => "textures may be torn",
             Self::Sloppy => "vertices merged on a grid",
         })
     }

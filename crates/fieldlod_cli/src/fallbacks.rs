@@ -56,7 +56,7 @@ pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
     let mut text = String::new();
     for kind in [
         FallbackKind::Pruned,
-        FallbackKind::AttributesIgnored,
+        FallbackKind::TexturesTorn,
         FallbackKind::Sloppy,
     ] {
         let mut steps = report.fallbacks.iter().filter(|step| step.kind == kind);

@@ -56,7 +56,7 @@ impl SimplifiedGroup {
         let kind = match self.simplified.method {
             Method::Moved | Method::Kept if self.simplified.is_pruned => FallbackKind::Pruned,
             Method::Elements | Method::Moved | Method::Kept => return None,
-            Method::PositionsOnly => FallbackKind::AttributesIgnored,
+            Method::Torn => FallbackKind::TexturesTorn,
             Method::Sloppy => FallbackKind::Sloppy,
         };
         Some(Fallback {

@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use meshopt::{SimplifyOptions, SimplifyVertex};
+use rustc_hash::FxHashSet;
 
 use crate::config::BakeConfig;
 use crate::levels::vertices::uv_ranges::UvRanges;
@@ -24,8 +25,8 @@ pub(crate) enum Method {
     Moved,
     /// Vertices stay in place.
     Kept,
-    /// Vertices stay in place. Attributes and seams are ignored.
-    PositionsOnly,
+    /// As `Moved`, but texture seams may tear. The error contains the difference of the texture coordinates.
+    Torn,
     /// Vertices are merged on a grid.
     Sloppy,
 }
@@ -75,7 +76,7 @@ impl Task<'_> {
         let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
         let regular = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
-        let last_resort = [(Method::PositionsOnly, wanted), (Method::Sloppy, wanted)];
+        let last_resort = [(Method::Torn, wanted), (Method::Sloppy, wanted)];
         let attempts = [(Method::Elements, wanted)].into_iter();
         let attempts = attempts
             .chain(regular.into_iter().flatten())
@@ -83,7 +84,7 @@ impl Task<'_> {
         attempts
             .filter(|&(method, _)| match method {
                 Method::Elements | Method::Moved | Method::Kept => true,
-                Method::PositionsOnly | Method::Sloppy => self.is_whole,
+                Method::Torn | Method::Sloppy => self.is_whole,
             })
             .filter_map(|(method, ratio)| self.attempt(method, ratio))
             .filter(|simplified| self.opens_no_edge(simplified))
@@ -112,10 +113,16 @@ impl Task<'_> {
         if simplified.corners.len() > most || is_too_small {
             return None;
         }
-        if method == Method::Moved {
+        if matches!(method, Method::Moved | Method::Torn) {
             self.mark_new_vertices(&mut simplified);
         }
         simplified.least_deviation_in_scaled = self.longest_torn_edge(&simplified);
+        if method == Method::Sloppy {
+            // Its error contains positions only.
+            simplified.error_in_scaled = simplified
+                .error_in_scaled
+                .max(simplified.least_deviation_in_scaled);
+        }
         Some(simplified)
     }
 
@@ -137,7 +144,9 @@ impl Task<'_> {
         let mut simplified = self.unchanged(method);
         let mut error = 0.0f32;
         let count = match method {
-            Method::Moved => self.simplify_moving(&mut simplified, target, f32::MAX, &mut error),
+            Method::Moved | Method::Torn => {
+                self.simplify_moving(&mut simplified, target, f32::MAX, &mut error)
+            }
             _ => {
                 simplified.corners = self.simplify_keeping(method, target, &mut error);
                 simplified.corners.len()
@@ -191,7 +200,7 @@ impl Task<'_> {
             *error *= meshopt::simplify_scale(&vertices);
             return left;
         }
-        if method == Method::PositionsOnly || layout.width() == 0 {
+        if layout.width() == 0 {
             let (most, options) = (f32::MAX, options());
             return meshopt::simplify_with_locks(
                 corners,
@@ -308,18 +317,20 @@ impl Task<'_> {
         }
     }
 
-    /// Length of the longest edge if textures may be torn, otherwise 0. With it as a lower bound, torn triangles are
-    /// drawn only where they are smaller than the allowed deviation.
+    /// Length of the longest edge of a triangle that the piece does not have, if textures may be torn; otherwise 0. With
+    /// it as a lower bound for the deviation, a guarantee draws torn triangles only where they are smaller than the
+    /// allowed deviation.
     fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
-        let tears = matches!(simplified.method, Method::PositionsOnly | Method::Sloppy);
+        let tears = matches!(simplified.method, Method::Torn | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {
             return 0.0;
         }
         let position = |own: u32| glam::Vec3::from(simplified.positions[own as usize]);
-        let (triangles, _) = simplified.corners.as_chunks::<3>();
-        let edges = triangles
-            .iter()
-            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let unchanged: FxHashSet<&[u32; 3]> =
+            self.piece.corners.as_chunks::<3>().0.iter().collect();
+        let triangles = simplified.corners.as_chunks::<3>().0.iter();
+        let torn = triangles.filter(|triangle| !unchanged.contains(triangle));
+        let edges = torn.flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let lengths = edges.map(|(from, to)| position(from).distance(position(to)));
         lengths.fold(0.0, f32::max)
     }

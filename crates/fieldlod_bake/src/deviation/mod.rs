@@ -11,20 +11,18 @@
 //! points belong to other groups.
 
 mod borders;
-mod carried_samples;
-mod measured_sample;
 mod refine;
+mod samples;
 
 use fieldlod_hierarchy::NO_GROUP;
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use self::borders::sample_borders;
-use self::carried_samples::samples_by_cluster;
-use self::measured_sample::MeasuredSample;
 use self::refine::{
     AGGREGATE_MARGIN, Candidate, MARGIN_SQUARED, SAMPLING_MARGIN, Target, refine_candidates,
 };
+use self::samples::{MeasuredSample, samples_by_cluster};
 use crate::levels::clusters::{Cluster, Sample};
 use crate::levels::simplify::{Method, Simplified};
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};

@@ -8,16 +8,15 @@ use crate::mesh::edges::Links;
 impl Task<'_> {
     /// Whether open edges change only on borders of the source, and not on borders that other groups share.
     pub(crate) fn opens_no_edge(&self, simplified: &Simplified) -> bool {
-        let task = self;
-        let welded = |&own: &u32| task.same_position[own as usize];
+        let welded = |&own: &u32| self.same_position[own as usize];
         let is_border = |own: u32| {
-            let vertex = task.piece.vertices[own as usize];
-            task.vertices.is_border[vertex as usize]
+            let vertex = self.piece.vertices[own as usize];
+            self.vertices.is_border[vertex as usize]
         };
-        let mut links = Links::of(task.piece.vertices.len());
-        links.add(task.piece.corners.iter().map(welded));
+        let mut links = Links::of(self.piece.vertices.len());
+        links.add(self.piece.corners.iter().map(welded));
         links.remove(simplified.corners.iter().map(welded));
-        let firsts = task.same_position.iter().copied();
+        let firsts = self.same_position.iter().copied();
         let mut changed = firsts.filter(|&own| links.is_open(own));
         changed.all(is_border) && self.keeps_shared_borders(simplified, is_border)
     }
@@ -29,13 +28,12 @@ impl Task<'_> {
         simplified: &Simplified,
         is_border: impl Fn(u32) -> bool,
     ) -> bool {
-        let task = self;
-        let is_shared = |own: u32| task.is_locked[own as usize] && is_border(own);
+        let is_shared = |own: u32| self.is_locked[own as usize] && is_border(own);
         let mut balance: FxHashMap<(u32, u32), i32> = FxHashMap::default();
-        for (list, sign) in [(&task.piece.corners, 1), (&simplified.corners, -1)] {
+        for (list, sign) in [(&self.piece.corners, 1), (&simplified.corners, -1)] {
             let (triangles, _) = list.as_chunks::<3>();
             for triangle in triangles {
-                let [a, b, c] = triangle.map(|own| task.same_position[own as usize]);
+                let [a, b, c] = triangle.map(|own| self.same_position[own as usize]);
                 for (from, to) in [(a, b), (b, c), (c, a)] {
                     if from != to && is_shared(from) && is_shared(to) {
                         let sign = if from < to { sign } else { -sign };

@@ -1,7 +1,14 @@
-//! Samples that the next level uses.
+//! Measured samples, which the next level uses.
 
-use super::measured_sample::MeasuredSample;
 use crate::levels::clusters::Sample;
+use crate::mesh::triangle_tree::NearestTriangle;
+
+/// A sample on the source, and the nearest triangle of the simplified surface.
+#[derive(Clone, Copy)]
+pub(super) struct MeasuredSample {
+    pub(super) sample: Sample,
+    pub(super) nearest: NearestTriangle,
+}
 
 /// For each cluster, the samples whose nearest triangle it contains.
 pub(super) fn samples_by_cluster(

@@ -155,18 +155,6 @@ pub(crate) struct V3<L> {
     pub(crate) z: L,
 }
 
-impl V3<f32> {
-    /// The same vector in every lane.
-    #[inline]
-    pub(crate) fn in_lanes<L: Lane>(self) -> V3<L> {
-        V3 {
-            x: L::splat(self.x),
-            y: L::splat(self.y),
-            z: L::splat(self.z),
-        }
-    }
-}
-
 impl<L: Lane> V3<L> {
     #[inline]
     pub(crate) fn splat(v: Vec3) -> Self {
@@ -201,14 +189,6 @@ impl<L: Lane> V3<L> {
 /// The same matrix for all groups.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct M3<L>([V3<L>; 3]);
-
-impl M3<f32> {
-    /// The same matrix in every lane.
-    #[inline]
-    pub(crate) fn in_lanes<L: Lane>(&self) -> M3<L> {
-        M3(self.0.map(V3::in_lanes))
-    }
-}
 
 impl<L: Lane> M3<L> {
     #[inline]

@@ -4,25 +4,18 @@ mod common;
 
 use camera_field::Camera;
 use common::world::{Placed, World, step_of_walk};
-use common::{hierarchies, look, orthographic, perspective, vector, zoomed};
+use common::{hierarchies, look, orthographic, perspective, vector, with_advanced, zoomed};
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    AdvancedSettings, GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene,
-    Selector, ShadowLight, Statistics, View, VisibleFlux,
+    GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene, Selector, ShadowLight,
+    Statistics, View, VisibleFlux,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 
 /// Settings whose cuts do not depend on the last cuts.
 fn without_hysteresis() -> LodSettings {
-    LodSettings {
-        advanced: AdvancedSettings {
-            hysteresis: 1.0,
-            edge_hysteresis: 0.0,
-            ..AdvancedSettings::default()
-        },
-        ..LodSettings::default()
-    }
+    with_advanced(|advanced| (advanced.hysteresis, advanced.edge_hysteresis) = (1.0, 0.0))
 }
 
 fn one_view() -> View {

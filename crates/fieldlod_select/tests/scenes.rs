@@ -83,17 +83,6 @@ fn units_leave_with_their_instance_and_mesh() {
 }
 
 #[test]
-fn whole_mesh_is_drawn_at_one_level_by_distance() {
-    let distances = [-4.0, 10.0, 30.0, 100.0, 1000.0, 1e6];
-    let place = |z: &f32| Placed::new(5, Affine3A::from_translation(Vec3::Z * -z));
-    let world = World::new(&distances.iter().map(place).collect::<Vec<_>>());
-    let drawn = world.cuts(&world.select(&one_view(), &LodSettings::default()));
-    assert!(drawn.iter().all(|units| units.len() == 1));
-    assert!(drawn.is_sorted(), "{drawn:?}");
-    assert_eq!((drawn[0][0], drawn[5][0]), (0, 11));
-}
-
-#[test]
 fn still_camera_decides_nothing_and_walk_decides_few() {
     // Clusters and whole meshes.
     for (mesh, side, spacing) in [(0, 30, 9.0), (5, 60, 9.0)] {

@@ -126,7 +126,7 @@ impl<'a> Field<'a> {
         );
     }
 
-    /// Asserts that the cuts of a first frame are those of one instance at a time, where all casters count.
+    /// Asserts that the cuts of a first frame are those of one instance at a time, for which all casters count.
     fn check(&self, path: &Path) {
         let settings = path.settings();
         let view = path.view(0);
@@ -137,7 +137,7 @@ impl<'a> Field<'a> {
             let mut cut = Cut::default();
             select(self.levels, placement, &view, &settings, &mut cut);
             let units = selector.units(&self.scene, *id);
-            // What casts no shadow into the view is coarser.
+            // Instances that cast no shadow into the view are coarser.
             assert!(units == cut.units() || path.has_sun && units.len() <= cut.units().len());
         }
     }
@@ -163,7 +163,7 @@ enum Way {
     Jump,
 }
 
-/// How the camera goes.
+/// The motion of the camera.
 struct Path {
     lens: Lens,
     has_sun: bool,

@@ -1,6 +1,6 @@
-//! What it costs to know what is hidden: run with `cargo bench -p fieldlod_select --bench visible_flux`.
+//! Cost of visible flux: run with `cargo bench -p fieldlod_select --bench visible_flux`.
 //!
-//! Medians of interleaved rounds, in microseconds; `RECORD.md` has a table.
+//! Medians of interleaved rounds, in microseconds.
 
 mod common;
 
@@ -11,7 +11,7 @@ use common::{look, medians, settings};
 use fieldlod_select::{LodSettings, OcclusionBuffer, Scene, Selector, VisibleFlux};
 use glam::{Affine3A, Vec3};
 
-/// Rocks on a ground, `count` of them, and a way along it.
+/// A field of `count` rocks.
 fn field_of_rocks(count: u32) -> Scene {
     let config = fieldlod_bake::BakeConfig::default();
     let bake = |mesh| fieldlod_bake::bake_mesh(&mesh, &config).unwrap();
@@ -24,7 +24,7 @@ fn field_of_rocks(count: u32) -> Scene {
         let (x, z) = ((index % side) as f32, (index / side) as f32);
         let nudge = ((index.wrapping_mul(40_503) & 0xffff) >> 8) as f32 / 256.0;
         let place = Vec3::new(x * 6.0 + nudge * 3.0, 0.0, z * -6.0);
-        // Some large ones stand among them.
+        // One in seven is large.
         let (mesh, size) = if index % 7 == 0 {
             (rock, 2.0)
         } else {
@@ -37,7 +37,6 @@ fn field_of_rocks(count: u32) -> Scene {
     scene
 }
 
-/// What it costs to know what is hidden.
 fn main() {
     println!(
         "\ninstances  depth image us  from scratch us  with flux us  walking us  with flux us  still ns  triangles  with flux"
@@ -79,7 +78,7 @@ fn main() {
             ],
         );
         let triangles = [kept.triangle_count(), kept_flux.triangle_count()];
-        // What came into view settles, and then nothing is done.
+        // Once the shares are settled, nothing is done.
         for _ in 0..=2 * u32::from(flux.hold_frames) {
             kept_flux.select(&scene, &at(step.get()), &counting);
         }

@@ -27,12 +27,12 @@
 //! displacement.
 
 pub(crate) mod error_bounds;
-mod extent;
+pub(crate) mod extent;
 pub(crate) mod limits;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use crate::lanes::{Lane, M3, V3};
 use crate::settings::{ErrorWeights, LodSettings, Offscreen};
@@ -294,9 +294,10 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// outside the field of view zero or the strength on the axis.
     #[inline]
     fn strength(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
+        let px_per_unit = px_per_unit(&self.instance.camera);
+        let constant = L::splat(px_per_unit.x * px_per_unit.y);
         match &self.instance.camera {
-            Camera::Perspective(camera) => {
-                let constant = L::splat(camera.constant_px2());
+            Camera::Perspective(_) => {
                 let bound = constant * extent.secant / (extent.depth * extent.depth);
                 let bound = bound * L::splat(1.0 + ROUNDING);
                 let distance = seen.reached_distance();
@@ -304,9 +305,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
                 let bound = self.unless_outside(extent, bound, on_axis);
                 self.sampled_where_flat(constant, seen, extent, bound)
             }
-            Camera::Orthographic(camera) => {
-                let strength = L::splat(camera.pixels_per_unit.x * camera.pixels_per_unit.y);
-                self.unless_outside(extent, strength, |bias| strength * bias * bias)
+            Camera::Orthographic(_) => {
+                self.unless_outside(extent, constant, |bias| constant * bias * bias)
             }
         }
     }
@@ -314,16 +314,15 @@ impl<'a, L: Lane> Criterion<'a, L> {
     /// Pixels per unit of a displacement across the sight ray, `√(c / cos φ)`, at most.
     #[inline]
     fn pixel_scale(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
+        let px_per_unit = L::splat(px_per_unit(&self.instance.camera).max_element());
         match &self.instance.camera {
-            Camera::Perspective(camera) => {
-                let focal_px = L::splat(camera.focal_px.x.max(camera.focal_px.y));
-                let bound = focal_px * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
+            Camera::Perspective(_) => {
+                let bound = px_per_unit * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
                 let distance = seen.reached_distance();
-                self.unless_outside(extent, bound, |bias| focal_px * bias / distance)
+                self.unless_outside(extent, bound, |bias| px_per_unit * bias / distance)
             }
-            Camera::Orthographic(camera) => {
-                let scale = L::splat(camera.pixels_per_unit.x.max(camera.pixels_per_unit.y));
-                self.unless_outside(extent, scale, |bias| scale * bias)
+            Camera::Orthographic(_) => {
+                self.unless_outside(extent, px_per_unit, |bias| px_per_unit * bias)
             }
         }
     }
@@ -451,6 +450,14 @@ impl<'a, L: Lane> Criterion<'a, L> {
     }
 }
 
+/// Pixels per unit of length along both axes, at unit depth in a perspective view.
+pub(crate) fn px_per_unit(camera: &Camera) -> Vec2 {
+    match camera {
+        Camera::Perspective(camera) => camera.focal_px,
+        Camera::Orthographic(camera) => camera.pixels_per_unit,
+    }
+}
+
 /// `v` of the module's formula. Rounding may leave |m| slightly above 1.
 pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
     (1.0 - mean_normal.length_squared()).max(0.0) * 0.25
@@ -487,33 +494,22 @@ pub(crate) fn silhouette_weight<L: Lane>(u: L) -> L {
 mod tests {
     use super::*;
 
-    fn picture_weight(mean_normal: Vec3, to_camera: Vec3) -> f32 {
-        super::picture_weight(mean_normal.dot(to_camera), normal_variance(mean_normal))
-    }
-
     #[test]
-    fn a_flat_group_facing_the_camera_counts_in_full() {
-        let weight = picture_weight(Vec3::Z, Vec3::Z);
-        assert!((weight - VISIBLE_WEIGHT).abs() < 4e-3, "{weight}");
-    }
-
-    #[test]
-    fn a_flat_group_turned_away_counts_nothing() {
-        let weight = picture_weight(Vec3::Z, Vec3::NEG_Z);
-        assert!((0.0..4e-3).contains(&weight), "{weight}");
-    }
-
-    #[test]
-    fn a_flat_group_seen_edge_on_counts_by_its_silhouette() {
-        let weight = picture_weight(Vec3::Z, Vec3::X);
-        assert!((weight - SILHOUETTE_WEIGHT).abs() < 1e-6, "{weight}");
-    }
-
-    #[test]
-    fn a_closed_group_counts_the_same_from_everywhere() {
-        let weight = picture_weight(Vec3::ZERO, Vec3::X);
-        assert_eq!(weight, picture_weight(Vec3::ZERO, Vec3::NEG_Y));
-        // The mean of max(n·s, 0) over a sphere is 1/4: what V gives for m = 0.
-        assert!((weight - (1.0 + SILHOUETTE_WEIGHT)).abs() < 1e-6);
+    fn weight_depends_on_orientation() {
+        let closed = 1.0 + SILHOUETTE_WEIGHT;
+        for (mean_normal, to_camera, expected, tolerance) in [
+            // A flat group that faces the camera, one turned away, and one seen edge-on.
+            (Vec3::Z, Vec3::Z, VISIBLE_WEIGHT, 4e-3),
+            (Vec3::Z, Vec3::NEG_Z, 0.0, 4e-3),
+            (Vec3::Z, Vec3::X, SILHOUETTE_WEIGHT, 1e-6),
+            // The mean of max(n·s, 0) over a sphere is 1/4, from everywhere: what V gives for m = 0.
+            (Vec3::ZERO, Vec3::X, closed, 1e-6),
+            (Vec3::ZERO, Vec3::NEG_Y, closed, 1e-6),
+        ] {
+            let variance = normal_variance(mean_normal);
+            let weight: f32 = picture_weight(mean_normal.dot(to_camera), variance);
+            assert!((weight - expected).abs() < tolerance, "{weight}");
+            assert!(weight >= 0.0);
+        }
     }
 }

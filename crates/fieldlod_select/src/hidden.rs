@@ -12,12 +12,12 @@
 //!
 //! Eight texels at once have the same bits as one at a time; `hidden/tests.rs` compares them.
 
-mod asking;
 mod boxes;
 mod choice;
 pub(crate) mod held_shares;
 mod image_plane;
 pub(crate) mod occluder;
+mod queries;
 mod screen_triangle;
 pub(crate) mod shares;
 pub(crate) mod surface_samples;
@@ -108,12 +108,6 @@ impl OcclusionBuffer {
         self.shrunk.clear();
         self.shrunk.resize(texels, f32::NEG_INFINITY);
         self.row.resize(self.plane.width, f32::NEG_INFINITY);
-    }
-
-    /// Width and height in texels.
-    #[must_use]
-    pub fn size(&self) -> [usize; 2] {
-        [self.plane.width, self.plane.height]
     }
 
     /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic one,

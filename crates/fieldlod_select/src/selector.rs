@@ -78,9 +78,13 @@ impl Selector {
         let frame = Frame::new(scene, &input, last, self.are_shares_known);
         self.are_shares_known = true;
 
+        // The motion of the camera, within which cuts of groups hold.
         self.cuts.odometer.advance(&frame);
+        // The limits of instances after changes of the scene or the settings.
         self.cuts.update_limits(&frame);
-        self.cuts.update_shares(&frame);
+        // The depth image of visible flux.
+        self.cuts.draw_depth_image(&frame);
+        // One pass over all instances, which decides those outside their limits and records changes.
         self.cuts.decide_near(&frame);
     }
 

@@ -1,16 +1,230 @@
-//! Every fast path equals its specification, bit for bit.
+//! Fast paths equal the specification: the groups of one instance, changing scenes, and walks.
 
 mod common;
 
-use common::{HIERARCHIES, any_placement, any_settings, any_view, hierarchies};
-use fieldlod_select::{GroupTable, InstanceView, group_error_px, refine};
+use common::world::{Placed, Watcher, World};
+use common::{
+    HIERARCHIES, any_camera, any_orthographic, any_placement, any_settings, any_view, hierarchies,
+    look, perspective, vector, zoomed,
+};
+use fieldlod_select::{
+    AdvancedSettings, GroupTable, InstanceView, LodSettings, VisibleFlux, group_error_px, refine,
+};
+use glam::{Affine3A, Quat, Vec3, Vec3A};
 use proptest::prelude::*;
+use rayon::prelude::*;
+
+fn any_placed(reach: f32) -> impl Strategy<Value = Placed> {
+    let bias = prop_oneof![3 => Just(1.0f32), 1 => 0.2f32..4.0];
+    (0usize..HIERARCHIES, any_placement(), vector(), bias).prop_map(
+        move |(mesh, placement, shift, bias)| {
+            let shift = Affine3A::from_translation(shift * shift.length() * reach);
+            Placed {
+                bias,
+                ..Placed::new(mesh, shift * placement)
+            }
+        },
+    )
+}
+
+/// Walls, and many small objects behind them.
+fn any_crowd() -> impl Strategy<Value = Vec<Placed>> {
+    let scaled = |mesh: usize, at: Vec3, scale: Vec3| {
+        Placed::new(
+            mesh,
+            Affine3A::from_translation(at) * Affine3A::from_scale(scale),
+        )
+    };
+    let wall = (vector(), 1.0f32..4.0).prop_map(move |(at, size)| {
+        let place = at * Vec3::new(6.0, 1.0, 2.0) - Vec3::Z * 6.0;
+        scaled(0, place, Vec3::new(size, size, 0.2))
+    });
+    let small = (0usize..HIERARCHIES, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
+        let place = at * Vec3::new(15.0, 2.0, 20.0) - Vec3::Z * 32.0;
+        scaled(mesh, place, Vec3::splat(size))
+    });
+    let walls = prop::collection::vec(wall, 1..4);
+    let crowd = prop::collection::vec(small, 20..120);
+    (walls, crowd).prop_map(|(walls, crowd)| walls.into_iter().chain(crowd).collect())
+}
+
+fn any_flux() -> impl Strategy<Value = Option<VisibleFlux>> {
+    let flux = (0u32..4000, 0u8..4, -0.2f32..0.3).prop_map(|(triangles, hold_frames, least)| {
+        VisibleFlux {
+            occluder_triangles: triangles,
+            hold_frames,
+            least_share: least.max(0.0),
+        }
+    });
+    prop_oneof![1 => Just(None), 2 => flux.prop_map(Some)]
+}
+
+#[derive(Clone, Debug)]
+enum Event {
+    Add(Vec<Placed>),
+    /// Every n-th instance.
+    Remove(usize),
+    /// Removed, and as many others put in their place.
+    Replace(usize, Vec<Placed>),
+    Move(usize, Vec3),
+    Bias(usize, f32),
+    Layers(usize, u64),
+    Nothing,
+}
+
+fn any_event() -> impl Strategy<Value = Event> {
+    let some = || prop::collection::vec(any_placed(50.0), 1..6);
+    prop_oneof![
+        2 => some().prop_map(Event::Add),
+        1 => prop::collection::vec(any_placed(50.0), 100..140).prop_map(Event::Add),
+        2 => (1usize..10).prop_map(Event::Remove),
+        2 => (1usize..10, some()).prop_map(|(n, placed)| Event::Replace(n, placed)),
+        2 => (1usize..10, vector()).prop_map(|(n, by)| Event::Move(n, by * 20.0)),
+        1 => (1usize..10, 0.2f32..4.0).prop_map(|(n, bias)| Event::Bias(n, bias)),
+        2 => (1usize..4, 0u64..4).prop_map(|(n, layers)| Event::Layers(n, layers)),
+        1 => Just(Event::Nothing),
+    ]
+}
+
+fn apply(world: &mut World, event: &Event) {
+    let every = |n: &usize| world.ids().into_iter().step_by(*n).collect::<Vec<_>>();
+    let ids = match event {
+        Event::Remove(n)
+        | Event::Replace(n, _)
+        | Event::Move(n, _)
+        | Event::Bias(n, _)
+        | Event::Layers(n, _) => every(n),
+        Event::Add(_) | Event::Nothing => Vec::new(),
+    };
+    for id in ids {
+        let (scene, placed) = (&mut world.scene, world.placed.get_mut(&id).unwrap());
+        match event {
+            Event::Move(_, by) => {
+                placed.placement.translation += Vec3A::from(*by);
+                scene.set_placement(id, placed.placement);
+            }
+            Event::Bias(_, bias) => {
+                placed.bias = *bias;
+                scene.set_bias(id, *bias);
+            }
+            Event::Layers(_, layers) => {
+                placed.layers = *layers;
+                scene.set_layers(id, *layers);
+            }
+            _ => {
+                scene.remove(id);
+                world.placed.remove(&id);
+            }
+        }
+    }
+    if let Event::Add(placed) | Event::Replace(_, placed) = event {
+        world.add(placed);
+    }
+    world.scene.update();
+    assert_eq!(world.scene.instance_count(), world.placed.len());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn views_of_a_changing_scene_equal_naive(
+        cameras in prop::array::uniform3((any_camera(), vector(), any_settings())),
+        forced_level in prop::option::weighted(0.1, 0u32..4),
+        events in prop::collection::vec(any_event(), 6..14),
+        walk in vector(),
+    ) {
+        let mut world = World::new(&[]);
+        let mut watchers = cameras.map(|(camera, eye, settings)| {
+            Watcher::new(look(camera, eye * 30.0, Vec3::new(0.1, 0.0, 0.2)), settings)
+        });
+        watchers[0].settings.forced_level = forced_level;
+        for (step, event) in (0u8..).zip(&events) {
+            apply(&mut world, event);
+            // The third view skips every other frame.
+            let watching = if step % 2 == 0 { 3 } else { 2 };
+            watchers[1].view = look(cameras[1].0, cameras[1].1 * 30.0 + walk * f32::from(step), Vec3::X);
+            let layers = [u64::MAX, [u64::MAX, 1, 1, 2][usize::from(step % 4)], u64::MAX];
+            let views = watchers[..watching].par_iter_mut().zip(layers);
+            views.for_each(|(watcher, layers)| watcher.check(&world, layers));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 180, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn jumps_and_steps_with_visible_flux_equal_naive(
+        placed in prop_oneof![3 => prop::collection::vec(any_placed(100.0), 1..60), 1 => any_crowd()],
+        mut camera in any_camera(),
+        (settings, flux) in (any_settings(), any_flux()),
+        (start, reach) in (vector(), prop_oneof![Just(1.0f32), Just(30.0f32)]),
+        steps in prop::collection::vec((vector(), vector(), 0u8..10), 8..20),
+    ) {
+        let mut world = World::new(&placed);
+        let settings = LodSettings { visible_flux: flux, ..settings };
+        let (mut eye, mut target) = (start * reach, Vec3::Z * -30.0);
+        let mut watcher = Watcher::new(look(camera, eye, target), settings);
+        for (go, turn, event) in steps {
+            // Mostly small steps; sometimes a jump, a standstill or a moved object.
+            match event {
+                0 => eye += go * 50.0,
+                1 => {}
+                2 => apply(&mut world, &Event::Move(placed.len(), go)),
+                3 => target += turn * 30.0,
+                4 => camera = zoomed(camera, 1.0 + turn.x * 0.02),
+                _ => {
+                    eye += go * 0.1;
+                    target += turn * 0.1;
+                }
+            }
+            watcher.view = look(camera, eye, target + Vec3::new(0.1, 0.0, 0.2));
+            watcher.check(&world, u64::MAX);
+        }
+    }
+
+    #[test]
+    fn smooth_walks_equal_naive(
+        places in prop::collection::vec((vector(), 0.2f32..4.0), 100),
+        camera in prop_oneof![any_camera(), any_orthographic(), Just(perspective(1.0))],
+        (settings, is_plain) in (any_settings(), any::<bool>()),
+        reach in prop_oneof![10.0f32..100.0, 100.0f32..2000.0],
+        (start, go) in (vector(), vector()),
+        (towards, turn) in (vector(), vector()),
+        (pace, turn_pace) in (prop_oneof![Just(0.0f32), 1e-4f32..0.02], prop_oneof![Just(0.0f32), 1e-4f32..0.1]),
+        zoom in prop_oneof![2 => Just(0.0f32), 1 => -1e-3f32..1e-3, 1 => -0.05f32..0.05],
+        (mesh, count) in prop_oneof![1 => Just((5, 100)), 2 => (0..HIERARCHIES, Just(12))],
+    ) {
+        let mut settings = settings;
+        if is_plain {
+            settings.advanced = AdvancedSettings { min_aspect_ratio: 0.0, max_curl: 0.0, ..settings.advanced };
+        }
+        let place = |(place, size): &(Vec3, f32)| {
+            let turn = Quat::from_rotation_y(place.x * 9.0);
+            let placement = Affine3A::from_scale_rotation_translation(Vec3::splat(*size), turn, *place * reach);
+            Placed::new(mesh, placement)
+        };
+        let world = World::new(&places.iter().take(count).map(place).collect::<Vec<_>>());
+        let mut watcher = Watcher::new(look(camera, start, start + Vec3::X), settings);
+        for frame in 0u8..40 {
+            // It walks, then turns, then does both, then stands; with some zooms.
+            let way = f32::from(frame.min(10) + frame.saturating_sub(20).min(10));
+            let turned = f32::from(frame.saturating_sub(10).min(20));
+            let eye = start * reach * 0.2 + go * reach * pace * way;
+            let ahead = towards + Vec3::new(0.01, 0.02, 0.03) + turn * turn_pace * turned;
+            let zoom = 1.0 + zoom * f32::from(frame % 16).min(8.0);
+            watcher.view = look(zoomed(camera, zoom), eye, eye + ahead * reach);
+            watcher.check(&world, u64::MAX);
+        }
+    }
+}
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn lanes_and_conservative_tests_equal_the_scalar_criterion(
+    fn lanes_and_bounds_equal_the_scalar_criterion(
         which in 0usize..HIERARCHIES,
         view in any_view(),
         placement in any_placement(),

@@ -4,25 +4,18 @@ mod common;
 
 use camera_field::Camera;
 use common::world::{Placed, World, step_of_walk};
-use common::{hierarchies, look, orthographic, perspective, vector, zoomed};
+use common::{hierarchies, look, orthographic, perspective, vector, with_advanced, zoomed};
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
-    AdvancedSettings, GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene,
-    Selector, ShadowLight, Statistics, View, VisibleFlux,
+    GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene, Selector, ShadowLight,
+    Statistics, View, VisibleFlux,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
 
 /// Settings whose cuts do not depend on the last cuts.
 fn without_hysteresis() -> LodSettings {
-    LodSettings {
-        advanced: AdvancedSettings {
-            hysteresis: 1.0,
-            edge_hysteresis: 0.0,
-            ..AdvancedSettings::default()
-        },
-        ..LodSettings::default()
-    }
+    with_advanced(|advanced| (advanced.hysteresis, advanced.edge_hysteresis) = (1.0, 0.0))
 }
 
 fn one_view() -> View {
@@ -87,17 +80,6 @@ fn units_leave_with_their_instance_and_mesh() {
         assert!(changes[0].entered.is_empty() && selector.units(&scene, id).is_empty());
         assert_eq!(selector.triangle_count(), 0);
     }
-}
-
-#[test]
-fn whole_mesh_is_drawn_at_one_level_by_distance() {
-    let distances = [-4.0, 10.0, 30.0, 100.0, 1000.0, 1e6];
-    let place = |z: &f32| Placed::new(5, Affine3A::from_translation(Vec3::Z * -z));
-    let world = World::new(&distances.iter().map(place).collect::<Vec<_>>());
-    let drawn = world.cuts(&world.select(&one_view(), &LodSettings::default()));
-    assert!(drawn.iter().all(|units| units.len() == 1));
-    assert!(drawn.is_sorted(), "{drawn:?}");
-    assert_eq!((drawn[0][0], drawn[5][0]), (0, 11));
 }
 
 #[test]

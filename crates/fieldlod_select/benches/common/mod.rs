@@ -1,4 +1,4 @@
-//! What the benches share: a camera, a threshold and medians.
+//! Views, settings and medians for the benches.
 #![allow(dead_code, reason = "each bench uses its part")]
 
 use std::time::{Duration, Instant};
@@ -13,8 +13,7 @@ fn camera(fov_y_in_deg: f32) -> Camera {
     Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
 }
 
-/// Our threshold at which pictures are as near to the source as the baseline's at 1 px: measured on
-/// the chart of the README.
+/// The threshold at which pictures are as near to the source as the baseline's at 1 px, by the chart of the README.
 const SAME_PICTURE_PX: f32 = 0.89;
 
 pub(crate) fn settings() -> LodSettings {
@@ -25,13 +24,13 @@ pub(crate) fn look(eye: Vec3, target: Vec3) -> View {
     look_through(60.0, eye, target)
 }
 
-/// The same with another field of view.
+/// [`look`] with another field of view.
 pub(crate) fn look_through(fov_y_in_deg: f32, eye: Vec3, target: Vec3) -> View {
     let world_from_view = Mat4::look_at_rh(eye, target, Vec3::Y).inverse();
     View::new(camera(fov_y_in_deg), &Affine3A::from_mat4(world_from_view))
 }
 
-/// The same in an orthographic view of so much of the world from top to bottom.
+/// An orthographic view, `height` of the world from top to bottom.
 pub(crate) fn look_from_afar(height: f32, eye: Vec3, target: Vec3) -> View {
     let half = Vec2::new(16.0 / 9.0, 1.0) * (0.5 * height);
     let projection = Mat4::orthographic_rh(-half.x, half.x, -half.y, half.y, 1000.0, 0.0);

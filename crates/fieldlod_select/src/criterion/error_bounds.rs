@@ -28,31 +28,44 @@ impl ErrorBounds {
         }
     }
 
-    /// The bounds of all items; `None` if there are none.
-    pub(crate) fn around(items: impl Iterator<Item = Self> + Clone) -> Option<Self> {
-        let largest = |value: &dyn Fn(&Self) -> f32| {
+    /// The bounds of all items; zero if there are none.
+    pub(crate) fn around(items: impl Iterator<Item = Self> + Clone) -> Self {
+        let largest = |value: fn(&Self) -> f32| {
             let values = items.clone().map(|item| or_infinity(value(&item)));
             values.fold(0.0, f32::max)
         };
-        // The sphere about the centre of the box of all spheres.
-        let boxes = items.clone().map(|item| {
-            let Sphere { center, radius } = item.sphere;
-            (center - Vec3::splat(radius), center + Vec3::splat(radius))
-        });
-        let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-        let center = (min + max) * 0.5;
-        let farthest = |item: &Self| item.sphere.center.distance(center) + item.sphere.radius;
-        Some(Self {
-            sphere: Sphere {
-                center,
-                // Rounding may make it smaller.
-                radius: largest(&farthest) * 1.0001,
-            },
-            error_weighed: largest(&|item| item.error_weighed),
-            deviation: largest(&|item| item.deviation),
-        })
+        Self {
+            sphere: sphere_around(items.clone().map(|item| item.sphere)).unwrap_or_default(),
+            error_weighed: largest(|item| item.error_weighed),
+            deviation: largest(|item| item.deviation),
+        }
     }
 }
+
+/// The sphere about the centre of the box of all spheres; `None` if there are none.
+pub(crate) fn sphere_around(spheres: impl Iterator<Item = Sphere> + Clone) -> Option<Sphere> {
+    let boxes = spheres.clone().map(|Sphere { center, radius }| {
+        let half = Vec3::splat(radius);
+        (center - half, center + half)
+    });
+    let (min, max) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    let center = (min + max) * 0.5;
+    if !center.is_finite() {
+        return Some(EVERYWHERE);
+    }
+    let farthest = |sphere: Sphere| or_infinity(sphere.center.distance(center) + sphere.radius);
+    Some(Sphere {
+        center,
+        // Rounding may make it smaller.
+        radius: spheres.map(farthest).fold(0.0, f32::max) * 1.0001,
+    })
+}
+
+/// A sphere that is never outside and never passes a test.
+const EVERYWHERE: Sphere = Sphere {
+    center: Vec3::ZERO,
+    radius: f32::INFINITY,
+};
 
 /// Bounding sphere of an instance in the world; infinite if its placement is not usable.
 pub(crate) fn placed_sphere(
@@ -67,11 +80,7 @@ pub(crate) fn placed_sphere(
     if center.is_finite() && radius.is_finite() && bias > 0.0 {
         return Sphere { center, radius };
     }
-    // An infinite sphere is never outside and never passes a test.
-    Sphere {
-        center: Vec3::ZERO,
-        radius: f32::INFINITY,
-    }
+    EVERYWHERE
 }
 
 /// A terminal group has no simplification, and so no error of one.

@@ -70,7 +70,7 @@ impl<L: Lane> SeenExtent<L> {
 }
 
 /// Secant of the image's widest corner; 1 for an orthographic camera.
-pub(super) fn corner_secant(camera: &Camera) -> f32 {
+pub(crate) fn corner_secant(camera: &Camera) -> f32 {
     match camera {
         Camera::Perspective(camera) => camera.max_secant(),
         Camera::Orthographic(_) => 1.0,
@@ -85,7 +85,7 @@ pub(super) fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
     !(is_finite(x) & is_finite(y) & is_finite(z) & L::zero().is_at_most(seen.radius))
 }
 
-/// Whether a sphere does not touch the field of view, as `camera_field` tells it.
+/// Whether a sphere does not touch the field of view, as in `camera_field`.
 #[inline]
 pub(super) fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask {
     let beyond = match camera {

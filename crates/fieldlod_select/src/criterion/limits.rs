@@ -14,7 +14,8 @@ use wide::f32x8;
 
 use super::error_bounds::{ErrorBounds, or_infinity};
 use super::{
-    normal_variance, silhouette_weight, silhouette_width, usable_deviation, visible_weight,
+    normal_variance, px_per_unit, silhouette_weight, silhouette_width, usable_deviation,
+    visible_weight,
 };
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, bits_of};
@@ -67,16 +68,13 @@ pub(crate) struct LevelErrors {
     finer: Vec<[f32; 2]>,
 }
 
-/// Bounds for the levels of one instance in one view.
-pub(crate) struct Certainty {
-    /// A group with an error up to `coarse` is certainly not refined, one with an error above `fine` is: for groups that
-    /// were not refined, and for those that were.
-    pub(crate) coarse: [f32; 2],
-    pub(crate) fine: [f32; 2],
-    /// The least and the largest factor of errors in the world.
-    pub(crate) scale: [f32; 2],
-    /// Factors of errors, of groups that were not refined and of those that were.
-    pub(crate) weight: [f32; 2],
+/// Allowed errors in the world, of groups that were not refined and of those that were.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Allowed<L> {
+    /// A group with at most this error is certainly not refined.
+    pub(crate) coarse: [L; 2],
+    /// A group with a larger error is certainly refined.
+    pub(crate) fine: [L; 2],
 }
 
 /// Weights of errors and deviations in one unit.
@@ -90,12 +88,9 @@ impl ErrorUnits {
     /// The weight of errors is 1 if they count; otherwise that of deviations is.
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
-        let [x, y] = match camera {
-            Camera::Perspective(camera) => camera.focal_px.to_array(),
-            Camera::Orthographic(camera) => camera.pixels_per_unit.to_array(),
-        };
+        let px = px_per_unit(camera);
         // Errors count by the mean of both axes, deviations by the larger one.
-        let larger = (x.max(y) / x.min(y)).sqrt();
+        let larger = (px.max_element() / px.min_element()).sqrt();
         let weight = weights.displacement_weight.unwrap_or(0.0);
         if weights.counts_error {
             Self {
@@ -157,8 +152,7 @@ impl LevelErrors {
             column.resize(level / LANES + 1, [0.0; LANES]);
             column[level / LANES][level % LANES] = or_infinity(error).min(f32::MAX);
         }
-        let bounds = finer.iter().map(ErrorBounds::of_group);
-        let bounds = ErrorBounds::around(bounds).unwrap_or_default();
+        let bounds = ErrorBounds::around(finer.iter().map(ErrorBounds::of_group));
         self.finer.push([bounds.error_weighed, bounds.deviation]);
     }
 
@@ -182,18 +176,20 @@ impl LevelErrors {
     }
 
     /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
-    /// neither certainly refined nor certainly not.
+    /// neither certainly refined nor certainly not. `scale` is the least and the largest factor of errors in the world,
+    /// `weight` the factors of errors of groups that were not refined and of those that were.
     #[inline]
     pub(crate) fn certain_level(
         &self,
         units: &ErrorUnits,
         was: usize,
-        certain: &Certainty,
+        allowed: &Allowed<f32>,
+        [scale, weight]: [[f32; 2]; 2],
     ) -> Option<usize> {
         let splat = |[not, refined]: [f32; 2]| [f32x8::splat(not), f32x8::splat(refined)];
-        let (coarse, fine) = (splat(certain.coarse), splat(certain.fine));
-        let [least_scale, most_scale] = splat(certain.scale);
-        let weight = splat(certain.weight.map(|weight| weight * units.error));
+        let (coarse, fine) = (splat(allowed.coarse), splat(allowed.fine));
+        let [least_scale, most_scale] = splat(scale);
+        let weight = splat(weight.map(|weight| weight * units.error));
         let deviation_weight = f32x8::splat(units.deviation);
         for block in 0..self.least.len() {
             let level = f32x8::splat((block * LANES) as f32) + FIRST_LEVELS;

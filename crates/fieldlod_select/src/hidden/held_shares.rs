@@ -102,13 +102,6 @@ impl SeenShares<'_> {
             Self::OfGroups(shares) => shares.get(group).copied().unwrap_or(FULL_SHARE),
         }
     }
-
-    fn of_all(&self) -> Option<u8> {
-        match self {
-            Self::OfAll(share) => Some(*share),
-            Self::OfGroups(_) => None,
-        }
-    }
 }
 
 impl ShareMemory {
@@ -147,7 +140,10 @@ impl ShareMemory {
 
     /// Updates the shares in a new frame; `refined` has the bits of the last cut.
     pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
-        let of_all = seen.of_all();
+        let of_all = match seen {
+            SeenShares::OfAll(share) => Some(*share),
+            SeenShares::OfGroups(_) => None,
+        };
         if self.is_settled && of_all.is_some() && of_all == self.last_of_all {
             return;
         }

@@ -8,6 +8,7 @@ use glam::Vec3;
 use wide::f32x8;
 
 use super::{InstanceId, MeshId};
+use crate::criterion::error_bounds::sphere_around;
 use crate::lanes::V3;
 use crate::lanes::bits::{CHUNK, LANES};
 
@@ -156,7 +157,9 @@ impl Columns {
             let first = chunk * (CHUNK / LANES);
             let members = self.spheres[first..].iter().take(CHUNK / LANES);
             let members = members.flat_map(|eight| (0..LANES).map(|lane| eight.get(lane)));
-            self.chunks[chunk / LANES].set(chunk % LANES, &around(members));
+            let present = members.filter(|sphere| sphere.radius > f32::NEG_INFINITY);
+            let around = sphere_around(present).unwrap_or(NOTHING);
+            self.chunks[chunk / LANES].set(chunk % LANES, &around);
         }
         self.dirty.clear();
     }
@@ -164,31 +167,5 @@ impl Columns {
     /// Whether all spheres around chunks are up to date.
     pub(crate) fn is_up_to_date(&self) -> bool {
         self.dirty.is_empty()
-    }
-}
-
-/// The sphere about the centre of the box of all present spheres.
-fn around(spheres: impl Iterator<Item = Sphere> + Clone) -> Sphere {
-    let spheres = spheres.filter(|sphere| sphere.radius > f32::NEG_INFINITY);
-    let boxes = spheres.clone().map(|Sphere { center, radius }| {
-        let half = Vec3::splat(radius);
-        (center - half, center + half)
-    });
-    let Some((min, max)) = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
-        return NOTHING;
-    };
-    let center = (min + max) * 0.5;
-    if !center.is_finite() {
-        // An infinite sphere is never outside and never passes a test.
-        return Sphere {
-            center: Vec3::ZERO,
-            radius: f32::INFINITY,
-        };
-    }
-    let farthest = |sphere: Sphere| sphere.center.distance(center) + sphere.radius;
-    Sphere {
-        center,
-        // Rounding may make it smaller.
-        radius: spheres.map(farthest).fold(0.0, f32::max) * 1.0001,
     }
 }

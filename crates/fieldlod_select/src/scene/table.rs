@@ -76,10 +76,8 @@ impl GroupTable {
     pub fn new(hierarchy: &Hierarchy) -> Self {
         let groups = &hierarchy.groups;
         let words = groups.len().div_ceil(CHUNK);
-        let around = |groups: &[Group]| {
-            let bounds = groups.iter().map(ErrorBounds::of_group);
-            ErrorBounds::around(bounds).unwrap_or_default()
-        };
+        let around =
+            |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
         let mut table = Self {

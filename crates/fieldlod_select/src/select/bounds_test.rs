@@ -16,11 +16,13 @@
 use camera_field::Camera;
 use wide::f32x8;
 
+use crate::criterion::extent::corner_secant;
+use crate::criterion::px_per_unit;
 use crate::lanes::{Lane, V3};
 use crate::scene::table::BoundsLanes;
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
-use crate::view::sides::Sides;
+use crate::view::sides::{Planes, Sides, planes_in_camera};
 use crate::view::stretch::least_stretch;
 
 /// Bounds of the rounding of points, relative to their coordinates, and of errors. Smaller values let spheres pass that
@@ -38,7 +40,7 @@ pub(crate) struct ViewBounds {
 pub(super) struct CameraBounds {
     is_orthographic: bool,
     /// `None` if groups outside the view have errors too.
-    sides: Option<Sides<f32>>,
+    sides: Option<Planes>,
     /// Pixels times distance of errors and, where they count, of deviations.
     error_px: f32,
     deviation_px: Option<f32>,
@@ -55,24 +57,15 @@ impl ViewBounds {
 
 impl CameraBounds {
     fn new(camera: &Camera, settings: &LodSettings) -> Self {
-        let (is_orthographic, error_px, deviation_px) = match camera {
-            Camera::Perspective(camera) => {
-                let secant = camera.max_secant();
-                let strength = camera.constant_px2() * secant * secant * secant;
-                let focal_px = camera.focal_px.max_element();
-                (false, strength.sqrt(), focal_px * secant * secant)
-            }
-            Camera::Orthographic(camera) => {
-                let pixels = camera.pixels_per_unit;
-                (true, (pixels.x * pixels.y).sqrt(), pixels.max_element())
-            }
-        };
+        let (px, secant) = (px_per_unit(camera), corner_secant(camera));
+        let error_px = (px.x * px.y * secant * secant * secant).sqrt();
+        let deviation_px = px.max_element() * secant * secant;
         let weights = settings.error_weights();
         let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
         let error_weight = if weights.counts_error { ROUNDING } else { 0.0 };
         Self {
-            is_orthographic,
-            sides: (!counts_outside).then(|| Sides::of(camera)),
+            is_orthographic: matches!(camera, Camera::Orthographic(_)),
+            sides: (!counts_outside).then(|| planes_in_camera(camera)),
             error_px: error_px * error_weight,
             deviation_px: weights
                 .displacement_weight
@@ -122,7 +115,7 @@ impl BoundsTest {
             deviation_px: camera.deviation_px.map(|px| f32x8::splat(px * factor)),
             unevenness: f32x8::splat(most / least),
             slack: f32x8::splat(slack),
-            sides: sides.map(|sides| sides.moved(linear, translation, slack * most)),
+            sides: sides.map(|sides| Sides::new(sides, linear, translation, slack * most)),
             camera_per_local: f32x8::splat(most * ROUNDING),
         }
     }

@@ -50,7 +50,7 @@ impl SceneCuts {
     }
 
     /// Draws the depth image of a frame with visible flux, once per selection.
-    pub(crate) fn update_shares(&mut self, frame: &Frame) {
+    pub(crate) fn draw_depth_image(&mut self, frame: &Frame) {
         if frame.are_shares_known {
             return;
         }

@@ -80,7 +80,7 @@ impl<'a> Decision<'a> {
     /// Decides all groups of a table.
     pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
         refined.clone_from(&table.terminal);
-        // The bounds tell only that errors are below a threshold; a negative one refines groups without errors too.
+        // The bounds only show that errors are below a threshold; a negative one refines groups without errors too.
         let has_bounds = self.thresholds.coarsen_below_px >= 0.0;
         for (element, words) in refined.chunks_mut(LANES).enumerate() {
             let first = element * LANES;

@@ -42,60 +42,44 @@ impl Selector {
             {
                 let generation = entry.generation;
                 let instance = InstanceId { index, generation };
-                Demand {
-                    scene,
-                    view,
-                    settings,
-                    mesh,
-                    instance,
-                }
-                .visit(cut, &mut visit);
+                visit_cut(scene, (view, settings), (mesh, instance), cut, &mut visit);
             }
         }
     }
 }
 
-/// Demand of one instance.
-struct Demand<'a> {
-    scene: &'a Scene,
-    view: &'a View,
-    settings: &'a LodSettings,
-    mesh: MeshId,
-    instance: InstanceId,
-}
-
-impl Demand<'_> {
-    fn visit(&self, cut: &InstanceCut, visit: &mut impl FnMut(GroupDemand)) {
-        let table = self.scene.table(self.mesh);
-        let placed = &self.scene.instances[self.instance.index()];
-        let view = InstanceView::new(self.view, &placed.world_from_local);
-        let criterion = Criterion::<f32x8>::new(&view, self.settings);
-        let shares = cut.shares().shares(self.settings);
-        let mut demand = GroupDemand {
-            mesh: self.mesh,
-            instance: self.instance,
-            group: 0,
-            missing_px: None,
-        };
-        // Eight groups at once, errors only where some are missing.
-        let refined = cut.refined();
-        for block in 0..table.group_count().div_ceil(LANES) {
-            let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
-            let asked = bits(refined) & !bits(&table.coarsest_refined);
-            let missing = asked & !table.available.as_deref().map_or(0xff, bits);
-            let errors = (missing != 0).then(|| {
-                let input = table.criterion_input(block, shares);
-                criterion
-                    .error_px(&input, mask_of(bits(refined)))
-                    .to_array()
+/// Calls `visit` with each group that a cut of an instance refines.
+fn visit_cut(
+    scene: &Scene,
+    (view, settings): (&View, &LodSettings),
+    (mesh, instance): (MeshId, InstanceId),
+    cut: &InstanceCut,
+    visit: &mut impl FnMut(GroupDemand),
+) {
+    let table = scene.table(mesh);
+    let placed = &scene.instances[instance.index()];
+    let view = InstanceView::new(view, &placed.world_from_local);
+    let criterion = Criterion::<f32x8>::new(&view, settings);
+    let shares = cut.shares().shares(settings);
+    for block in 0..table.group_count().div_ceil(LANES) {
+        let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
+        let refined = bits(cut.refined());
+        let needed = refined & !bits(&table.coarsest_refined);
+        let missing = needed & !table.available.as_deref().map_or(0xff, bits);
+        // Errors only if some groups are missing.
+        let errors = (missing != 0).then(|| {
+            let input = table.criterion_input(block, shares);
+            criterion.error_px(&input, mask_of(refined)).to_array()
+        });
+        for lane in set_bits_of(needed) {
+            let is_missing = missing & 1 << lane != 0;
+            let error = errors.filter(|_| is_missing);
+            visit(GroupDemand {
+                mesh,
+                instance,
+                group: (block * LANES + lane) as u32,
+                missing_px: error.map(|errors| errors[lane] * placed.bias),
             });
-            for lane in set_bits_of(asked) {
-                demand.group = (block * LANES + lane) as u32;
-                let is_missing = missing & 1 << lane != 0;
-                let error = errors.filter(|_| is_missing);
-                demand.missing_px = error.map(|errors| errors[lane] * placed.bias);
-                visit(demand);
-            }
         }
     }
 }

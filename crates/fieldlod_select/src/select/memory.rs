@@ -57,21 +57,27 @@ impl InstanceState {
         }
     }
 
-    /// The limits within which an instance keeps the state just decided. With visible flux, finer levels are decided in
-    /// each frame.
+    /// The limits within which an instance keeps the state just decided.
     pub(crate) fn limits(self, frame: &Frame, slot: usize) -> Limits {
+        match self {
+            Self::Empty => Limits::EMPTY,
+            _ if frame.settings.forced_level.is_some() => Limits::FIXED,
+            _ => self
+                .limits_in_local(frame)
+                .scaled(frame.scene.columns.error_scales[slot]),
+        }
+    }
+
+    /// The same in local units, without a forced level. With visible flux, finer levels are decided in each frame.
+    pub(super) fn limits_in_local(self, frame: &Frame) -> Limits {
         let hides = frame.settings.visible_flux.is_some();
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
-            _ if frame.settings.forced_level.is_some() => return Limits::FIXED,
             Self::Coarsest(mesh) => (mesh, None),
             Self::AtLevel(mesh, level) if !hides => (mesh, Some(usize::from(level))),
             Self::Mixed(_) | Self::AtLevel(..) => return Limits::UNKNOWN,
         };
         let errors = &frame.scene.table(mesh).level_errors;
-        let level = level.unwrap_or(errors.coarsest());
-        errors
-            .limits(level, &frame.units)
-            .scaled(frame.scene.columns.error_scales[slot])
+        errors.limits(level.unwrap_or(errors.coarsest()), &frame.units)
     }
 }

@@ -5,7 +5,6 @@ use super::decision::Decision;
 use super::frame::Frame;
 use super::limits::keep_test::Near;
 use super::memory::InstanceState;
-use crate::criterion::limits::Certainty;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, MeshId};
@@ -95,15 +94,9 @@ impl SceneCuts {
                 steps.map(|step| share_of_step(step, flux.least_share).sqrt())
             }
         };
-        let allowed = &candidate.near.allowed;
-        let certain = Certainty {
-            coarse: allowed.coarse,
-            fine: allowed.fine,
-            scale: frame.scene.columns.error_scales[candidate.slot],
-            weight,
-        };
-        let errors = &candidate.table.level_errors;
-        errors.certain_level(&frame.units, was, &certain)
+        let scale = frame.scene.columns.error_scales[candidate.slot];
+        let (errors, allowed) = (&candidate.table.level_errors, &candidate.near.allowed);
+        errors.certain_level(&frame.units, was, allowed, [scale, weight])
     }
 
     /// The level by the criterion.

@@ -5,7 +5,7 @@ use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
 
 use super::View;
-use super::sides::Sides;
+use super::sides::planes_in_camera;
 use crate::lanes::{Lane, V3};
 
 /// Lights of a view; with more of them, any instance may cast. Each light is tested for each instance outside the view.
@@ -49,7 +49,7 @@ pub(crate) struct ShadowTest {
 enum LightTest {
     /// The sides of the image over which the rays of a sun leave it, each a plane of camera space with its offset: no
     /// shadow enters over them.
-    Sun(Vec<(V3<f32>, f32)>),
+    Sun(Vec<(Vec3, f32)>),
     Lamp(Sphere),
 }
 
@@ -59,15 +59,15 @@ impl ShadowTest {
         let ShadowLights::These(lights) = &view.shadow_lights else {
             return None;
         };
-        let mut sides = Sides::of(&view.image_camera).planes();
+        let mut sides = planes_in_camera(&view.image_camera).to_vec();
         // Nothing is seen behind the eye.
         if matches!(view.image_camera, Camera::Perspective(_)) {
-            sides.push((V3::splat(Vec3::Z), 0.0));
+            sides.push((Vec3::Z, 0.0));
         }
         let test = |light: &ShadowLight| match light {
             ShadowLight::Sun(direction) => {
-                let along = V3::splat(view.camera_from_world * *direction);
-                let leads_out = |(inward, _): &&(V3<f32>, f32)| along.dot(*inward) < -ALONG;
+                let along = view.camera_from_world * *direction;
+                let leads_out = |(inward, _): &&(Vec3, f32)| along.dot(*inward) < -ALONG;
                 LightTest::Sun(sides.iter().filter(leads_out).copied().collect())
             }
             ShadowLight::Lamp(reach) => LightTest::Lamp(*reach),
@@ -84,7 +84,7 @@ impl ShadowTest {
         self.lights.iter().fold(all, |dark, light| {
             dark & match light {
                 LightTest::Sun(sides) => sides.iter().fold(!all, |dark, &(inward, offset)| {
-                    let inside_by = seen.dot(inward.in_lanes()) + (L::splat(offset) + radius);
+                    let inside_by = seen.dot(V3::splat(inward)) + (L::splat(offset) + radius);
                     dark | inside_by.is_below(L::zero())
                 }),
                 LightTest::Lamp(reach) => {

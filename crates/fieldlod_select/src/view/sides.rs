@@ -3,7 +3,7 @@
 use camera_field::Camera;
 use glam::{Mat3, Vec3};
 
-use crate::lanes::{Lane, M3, V3};
+use crate::lanes::{Lane, V3};
 
 /// The four sides of a view, as planes whose unit normals point inward.
 #[derive(Clone, Copy, Debug)]
@@ -13,36 +13,18 @@ pub(crate) struct Sides<L> {
     offset: [L; 4],
 }
 
-impl Sides<f32> {
-    /// The sides of a camera in its own space.
-    pub(crate) fn of(camera: &Camera) -> Self {
-        let planes = planes_in_camera(camera);
-        Self {
-            inward: planes.map(|(inward, _)| V3::splat(inward)),
-            offset: planes.map(|(_, offset)| offset),
-        }
-    }
-
-    /// Each side as a normal and how far inside the origin is.
-    pub(crate) fn planes(&self) -> Vec<(V3<f32>, f32)> {
-        self.inward.into_iter().zip(self.offset).collect()
-    }
-
-    /// The sides in a space from which points come to camera space by a linear map and a translation;
-    /// distances stay in camera units, and grow by `slack`.
-    pub(crate) fn moved<L: Lane>(&self, linear: &Mat3, translation: Vec3, slack: f32) -> Sides<L> {
-        let transposed = M3::splat(&linear.transpose());
-        let translation = V3::splat(translation);
-        Sides {
-            inward: self.inward.map(|inward| transposed.of(inward).in_lanes()),
-            offset: std::array::from_fn(|side| {
-                L::splat(self.inward[side].dot(translation) + self.offset[side] + slack)
-            }),
-        }
-    }
-}
-
 impl<L: Lane> Sides<L> {
+    /// The sides of a view in a space from which points come to camera space by a linear map and a translation;
+    /// distances stay in camera units, and grow by `slack`.
+    pub(crate) fn new(planes: &Planes, linear: &Mat3, translation: Vec3, slack: f32) -> Self {
+        let transposed = linear.transpose();
+        Self {
+            inward: planes.map(|(inward, _)| V3::splat(transposed * inward)),
+            offset: planes
+                .map(|(inward, offset)| L::splat(inward.dot(translation) + offset + slack)),
+        }
+    }
+
     /// Whether a sphere lies wholly beyond one of the sides.
     #[inline]
     pub(crate) fn exclude(&self, center: V3<L>, radius: L) -> L::Mask {
@@ -64,14 +46,11 @@ pub(crate) struct LensSides {
 
 impl LensSides {
     pub(crate) fn of(camera: &Camera) -> Self {
-        let Sides { inward, offset } = Sides::of(camera);
+        let planes = planes_in_camera(camera);
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
             // One of each two is zero.
-            sides: std::array::from_fn(|side| {
-                let inward = inward[side];
-                [inward.x + inward.y, inward.z + offset[side]]
-            }),
+            sides: planes.map(|(inward, offset)| [inward.x + inward.y, inward.z + offset]),
         }
     }
 
@@ -89,8 +68,11 @@ impl LensSides {
     }
 }
 
-/// Unit normals in camera space, and how far the origin there is inside.
-fn planes_in_camera(camera: &Camera) -> [(Vec3, f32); 4] {
+/// The sides of a view in camera space: unit normals that point inward, and how far inside each the origin is.
+pub(crate) type Planes = [(Vec3, f32); 4];
+
+/// The sides of a camera.
+pub(crate) fn planes_in_camera(camera: &Camera) -> Planes {
     match camera {
         Camera::Perspective(camera) => {
             let side = |across: Vec3, slope: f32| {

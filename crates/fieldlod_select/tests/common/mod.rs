@@ -138,6 +138,13 @@ pub(crate) fn any_placement() -> impl Strategy<Value = Affine3A> {
     })
 }
 
+/// The default with other advanced settings.
+pub(crate) fn with_advanced(change: impl FnOnce(&mut AdvancedSettings)) -> LodSettings {
+    let mut settings = LodSettings::default();
+    change(&mut settings.advanced);
+    settings
+}
+
 /// Either threshold, both or none, with and without each relaxation.
 pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
     let threshold = || prop_oneof![1 => Just(0.0f32), 9 => 0.05f32..20.0];
@@ -147,45 +154,28 @@ pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
         6 => (threshold(), 0.1f32..10.0).prop_map(|(error_px, cap_px)| (Some(error_px), Some(cap_px))),
         1 => Just((None, None)),
     ];
-    let offscreen_bias =
-        prop_oneof![2 => Just(None), 1 => Just(Some(1.0f32)), 1 => (0.1f32..1.0).prop_map(Some)];
+    let bias = prop_oneof![1 => Just(1.0f32), 1 => 0.1f32..1.0];
+    let offscreen = prop_oneof![
+        1 => Just(Offscreen::Coarsest),
+        1 => bias.prop_map(|bias| Offscreen::OnAxis { bias }),
+    ];
     let ratio = || prop_oneof![2 => Just(0.0f32), 1 => 0.0f32..0.9];
-    (
-        thresholds,
-        ratio(),
-        ratio(),
-        ratio(),
-        0.0f32..=1.0,
-        0.3f32..1.5,
-        (offscreen_bias, ratio()),
-    )
-        .prop_map(
-            |(
-                (error_px, displacement_px),
-                min_aspect_ratio,
-                max_curl,
-                offscreen_margin,
-                hysteresis,
-                resolution_scale,
-                (on_axis, edge_hysteresis),
-            )| {
-                LodSettings {
-                    error_px,
-                    displacement_px,
-                    resolution_scale,
-                    forced_level: None,
-                    visible_flux: None,
-                    triangle_budget: None,
-                    advanced: AdvancedSettings {
-                        hysteresis,
-                        min_aspect_ratio,
-                        max_curl,
-                        offscreen_margin,
-                        offscreen: on_axis
-                            .map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias }),
-                        edge_hysteresis,
-                    },
-                }
-            },
-        )
+    let advanced = (0.0f32..=1.0, offscreen, prop::array::uniform4(ratio()));
+    let advanced = advanced.prop_map(|(hysteresis, offscreen, ratios)| AdvancedSettings {
+        hysteresis,
+        min_aspect_ratio: ratios[0],
+        max_curl: ratios[1],
+        offscreen_margin: ratios[2],
+        offscreen,
+        edge_hysteresis: ratios[3],
+    });
+    (thresholds, 0.3f32..1.5, advanced).prop_map(|(thresholds, resolution_scale, advanced)| {
+        LodSettings {
+            error_px: thresholds.0,
+            displacement_px: thresholds.1,
+            resolution_scale,
+            advanced,
+            ..LodSettings::default()
+        }
+    })
 }

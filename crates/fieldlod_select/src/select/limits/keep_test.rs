@@ -11,11 +11,13 @@
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
+use glam::{Mat3, Vec3};
 use wide::f32x8;
 
 use super::columns::EightLimits;
-use crate::criterion::limits::ErrorUnits;
-use crate::criterion::{Drift, Motion};
+use crate::criterion::extent::corner_secant;
+use crate::criterion::limits::{Allowed, ErrorUnits};
+use crate::criterion::{Drift, Motion, px_per_unit};
 use crate::lanes::bits::{LANES, set_bits_of};
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::columns::EightSpheres;
@@ -32,9 +34,9 @@ const ROUNDING: f32 = 1.001;
 
 /// The test of one view under one set of settings.
 pub(crate) struct KeepTest {
-    eye: V3<f32>,
+    eye: Vec3,
     eye_slack: f32,
-    camera_from_world: M3<f32>,
+    camera_from_world: Mat3,
     is_orthographic: bool,
     /// False for a view that scales and for negative thresholds: then no instance passes.
     is_usable: bool,
@@ -78,15 +80,6 @@ struct Bounds<L> {
     on_axis: [L; 2],
 }
 
-/// How large errors may be in the world, of groups that were not refined and of those that were.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Allowed<L> {
-    /// Up to these a group is certainly not refined.
-    pub(crate) coarse: [L; 2],
-    /// Above these it certainly is.
-    pub(crate) fine: [L; 2],
-}
-
 /// An instance whose cut may change in this frame.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::select) struct Near {
@@ -107,6 +100,15 @@ pub(crate) struct Looked {
 }
 
 impl Looked {
+    const UNKNOWN: Self = Self {
+        kept: 0,
+        dark: 0,
+        allowed: Allowed {
+            coarse: [f32x8::new([f32::NAN; LANES]); 2],
+            fine: [f32x8::new([f32::NAN; LANES]); 2],
+        },
+    };
+
     /// Lanes of the instances that do not certainly keep their cuts.
     pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
         set_bits_of(!self.kept & 0xff)
@@ -129,24 +131,12 @@ impl KeepTest {
         let thresholds = settings.thresholds(1.0);
         let units = ErrorUnits::new(&view.camera, settings);
         let counts_error = units.error > 0.0;
-        let (is_orthographic, corner, error_px, deviation_px) = match &view.camera {
-            Camera::Perspective(camera) => (
-                false,
-                camera.max_secant(),
-                camera.constant_px2().sqrt(),
-                camera.focal_px.max_element(),
-            ),
-            Camera::Orthographic(camera) => {
-                let pixels = camera.pixels_per_unit;
-                (
-                    true,
-                    1.0,
-                    (pixels.x * pixels.y).sqrt(),
-                    pixels.max_element(),
-                )
-            }
+        let is_orthographic = matches!(view.camera, Camera::Orthographic(_));
+        let px = px_per_unit(&view.camera);
+        let per_unit = match counts_error {
+            true => (px.x * px.y).sqrt(),
+            false => px.max_element(),
         };
-        let per_unit = if counts_error { error_px } else { deviation_px };
         let unit = view.camera_from_world.x_axis.length();
         let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
         let on_axis = match settings.advanced.offscreen {
@@ -154,20 +144,18 @@ impl KeepTest {
             Offscreen::OnAxis { bias } => Some(Scale::new(&thresholds, per_unit * bias.abs())),
         };
         Self {
-            eye: V3::splat(view.eye_in_world),
+            eye: view.eye_in_world,
             eye_slack: (view.eye_in_world.abs().element_sum()) * POSITION_SLACK,
-            camera_from_world: M3::splat(&view.camera_from_world),
+            camera_from_world: view.camera_from_world,
             is_orthographic,
             is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
-            least_cosines: [&view.camera, &view.kept_camera].map(|camera| match camera {
-                Camera::Perspective(camera) => 1.0 / camera.max_secant(),
-                Camera::Orthographic(_) => 1.0,
-            }),
+            least_cosines: [&view.camera, &view.kept_camera]
+                .map(|camera| 1.0 / corner_secant(camera)),
             scale: Scale::new(&thresholds, per_unit),
             on_axis,
             counts_secant: [units.deviation > 0.0, !counts_error],
-            least_relaxation: least_relaxation(settings, is_orthographic, corner),
+            least_relaxation: least_relaxation(settings, &view.camera),
             shadows: on_axis.and_then(|_| ShadowTest::new(view)),
         }
     }
@@ -178,15 +166,7 @@ impl KeepTest {
         let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
         let is_still = highest.is_below(f32x8::zero());
         if !self.is_usable {
-            let nothing = [f32x8::splat(f32::NAN); 2];
-            return Some(Looked {
-                kept: 0,
-                dark: 0,
-                allowed: Allowed {
-                    coarse: nothing,
-                    fine: nothing,
-                },
-            });
+            return Some(Looked::UNKNOWN);
         }
         // Most instances are outside the view.
         let sighted = self.sight(spheres.center(), spheres.radius());
@@ -264,12 +244,12 @@ impl KeepTest {
 
     #[inline(always)]
     fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
-        let from_eye = world.minus(self.eye.in_lanes());
+        let from_eye = world.minus(V3::splat(self.eye));
         let size = world.x.abs() + world.y.abs() + world.z.abs();
         let slack = size * L::splat(POSITION_SLACK) + L::splat(self.eye_slack);
         Sighted {
             world,
-            seen: self.camera_from_world.in_lanes().of(from_eye),
+            seen: M3::splat(&self.camera_from_world).of(from_eye),
             radius: radius * L::splat(ROUNDING) + slack,
             slack,
         }
@@ -405,13 +385,13 @@ impl Scale {
 }
 
 /// The least factor of errors by a relaxed aspect ratio; 0 if one sample may replace the bound.
-fn least_relaxation(settings: &LodSettings, is_orthographic: bool, corner: f32) -> f32 {
-    if is_orthographic {
+fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
+    if matches!(camera, Camera::Orthographic(_)) {
         1.0
     } else if settings.advanced.max_curl != 0.0 {
         0.0
     } else if settings.advanced.min_aspect_ratio > 0.0 {
-        (0.999 / (corner * settings.advanced.min_aspect_ratio)).min(1.0)
+        (0.999 / (corner_secant(camera) * settings.advanced.min_aspect_ratio)).min(1.0)
     } else {
         1.0
     }

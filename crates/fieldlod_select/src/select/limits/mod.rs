@@ -14,13 +14,13 @@ impl SceneCuts {
     pub(crate) fn update_limits(&mut self, frame: &Frame) {
         let journal = &frame.scene.journal;
         let count = frame.scene.columns.occupants.len();
-        self.memories.resize(count, InstanceMemory::NONE);
         self.limits.resize(count);
         let changed = journal.since(self.journal_revision);
         self.journal_revision = journal.revision();
         if frame.is_first() {
-            self.changes.begin_first(frame.scene);
+            return self.enter_all(frame);
         }
+        self.memories.resize(count, InstanceMemory::NONE);
         let keeps_states = frame.keeps_states();
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
@@ -29,6 +29,33 @@ impl SceneCuts {
                 }
             }
             None => (0..count).for_each(|slot| self.update_limits_of(frame, slot, keeps_states)),
+        }
+    }
+
+    /// Starts a first frame with all instances at their coarsest levels.
+    fn enter_all(&mut self, frame: &Frame) {
+        self.changes.begin_first(frame.scene);
+        let columns = &frame.scene.columns;
+        self.memories.reserve(columns.occupants.len());
+        // Most instances have the same mesh as the one before.
+        let (mut last_seen, mut limits, mut triangles) = (None, Limits::EMPTY, 0);
+        for (slot, occupant) in columns.occupants.iter().enumerate() {
+            let seen = occupant.seen_mesh(frame.view.layers);
+            let state = InstanceState::coarsest(seen);
+            if seen != last_seen {
+                last_seen = seen;
+                limits = state.limits_in_local(frame);
+                triangles = state.drawn_whole(frame.scene).1;
+            }
+            let instance = occupant.id;
+            self.memories.push(InstanceMemory { instance, state });
+            self.triangle_count += triangles;
+            let limits = match seen {
+                _ if frame.settings.forced_level.is_some() => Limits::UNKNOWN,
+                Some(_) => limits.scaled(columns.error_scales[slot]),
+                None => Limits::EMPTY,
+            };
+            self.limits.set(slot, limits);
         }
     }
 
@@ -43,9 +70,6 @@ impl SceneCuts {
             }
         }
         let seen = occupant.seen_mesh(frame.view.layers);
-        if frame.is_first() {
-            self.change_state(frame, slot, InstanceState::coarsest(seen));
-        }
         let state = self.memories[slot].state;
         if let InstanceState::Mixed(key) = state {
             self.pool.at_mut(key).hold = None;

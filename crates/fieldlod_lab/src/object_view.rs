@@ -38,7 +38,7 @@ impl<'a> ObjectView<'a> {
             max_scale: scales.max_element(),
             world_from_local: m,
             origin_from_eye: Vec3::from(instance.world_from_local.translation) - eye.position(),
-            camera_from_world: eye.camera_from_world(),
+            camera_from_world: eye.camera_from_world().as_mat3(),
         }
     }
 

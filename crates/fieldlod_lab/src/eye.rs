@@ -142,7 +142,7 @@ impl Eye {
         }
     }
 
-    /// Whether the camera is orthographic.
+    /// Returns `true` if the camera is orthographic.
     #[must_use]
     pub fn is_orthographic(&self) -> bool {
         matches!(self.camera, Camera::Orthographic(_))

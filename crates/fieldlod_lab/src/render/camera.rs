@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera_field::Camera;
-use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2};
+use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2, Vec2};
 
 use super::RenderError;
 use crate::eye::Eye;
@@ -34,7 +34,7 @@ impl WorldView {
             return Err(RenderError::Orthographic);
         };
         let slopes = [intrinsics.slope_min, intrinsics.slope_max];
-        let [min, max] = slopes.map(|slope| slope.as_dvec2());
+        let [min, max] = slopes.map(Vec2::as_dvec2);
         let scale = 2.0 / (max - min);
         let middle = (max + min) * 0.5;
         // From camera space (x right, y down, z = depth). Depth is reversed: 1 at the near plane, 0 at infinity.

@@ -37,12 +37,9 @@ fn main() -> Fallible {
         for (kind, parallel) in [("parallel", true), ("not parallel", false)] {
             for (more, further) in [("", false), (", further", true)] {
                 let texts = compare(&scene.pairs(parallel, further)).map(|percents| {
-                    let (fewer, count) = (share_of_fewer(&percents), percents.len());
-                    let fewer = (fewer * count as f64).round();
-                    format!(
-                        "fewer in {fewer} of {count}, mean {:.1} % fewer",
-                        mean(&percents)
-                    )
+                    let (fewer, mean) = (fewer_in(&percents), mean(&percents));
+                    let count = percents.len();
+                    format!("fewer in {fewer} of {count}, mean {mean:.1} % fewer")
                 });
                 let [same_focal, same_density] = texts;
                 let name = scene.name;
@@ -70,9 +67,9 @@ fn compare(pairs: &[Merged]) -> [Vec<f64>; 2] {
     })
 }
 
-/// Share of the pairs for which the convergent point merges fewer samples.
-fn share_of_fewer(percents: &[f64]) -> f64 {
-    percents.iter().filter(|&&percent| percent > 0.0).count() as f64 / percents.len() as f64
+/// Number of pairs for which the convergent point merges fewer samples.
+fn fewer_in(percents: &[f64]) -> usize {
+    percents.iter().filter(|&&percent| percent > 0.0).count()
 }
 
 fn mean(numbers: &[f64]) -> f64 {
@@ -414,7 +411,8 @@ mod tests {
             ] {
                 let found = compare(&scene.pairs(parallel, further));
                 for (percents, (share, percent)) in found.iter().zip(least) {
-                    assert!(share_of_fewer(percents) >= share, "{percents:?}");
+                    let needed = share * percents.len() as f64;
+                    assert!(fewer_in(percents) as f64 >= needed, "{percents:?}");
                     assert!(mean(percents) > percent, "{percents:?}");
                 }
             }

@@ -104,8 +104,8 @@ pub enum InvalidHierarchy {
     )]
     BadWholeMeshError { group: usize, error: f32 },
     /// A bounding sphere is not finite, or has a negative radius.
-    #[error("the bounds of {owner} {index} are not finite or have a negative radius")]
-    BadBounds { owner: &'static str, index: usize },
+    #[error("the bounds of group {group} are not finite or have a negative radius")]
+    BadBounds { group: usize },
     /// Bounds do not contain their triangles.
     #[error("the bounds of {owner} {index} do not contain its triangles")]
     TrianglesOutsideBounds { owner: &'static str, index: usize },

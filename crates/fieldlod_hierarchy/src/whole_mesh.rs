@@ -9,7 +9,8 @@ use crate::bounds::{Aabb, Sphere};
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP};
 use crate::vertices::Vertices;
 
-/// A level with more than this share of the triangles of the finer level is skipped.
+/// A level with more than this share of the triangles of the finer level is skipped. A larger share keeps levels that
+/// save little but cost memory; a smaller one makes changes of level more visible.
 const MOST_KEPT: f32 = 0.75;
 
 /// The whole mesh at one level.

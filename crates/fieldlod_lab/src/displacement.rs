@@ -96,19 +96,7 @@ impl<'a> SourceSurface<'a> {
         }
     }
 
-    /// Measures a cut from `eye`. `two_sided` includes surfaces that face away.
-    #[must_use]
-    pub fn displacement(
-        &self,
-        cut: &CutSurface,
-        instance: &Instance,
-        eye: &Eye,
-        two_sided: bool,
-    ) -> Displacement {
-        Displacement::of(self.displacements(cut, instance, eye, two_sided))
-    }
-
-    /// The displacement of every sample in the picture, in pixels.
+    /// The displacement of every sample of a cut in the picture, in pixels. `two_sided` includes surfaces that face away.
     #[must_use]
     pub fn displacements(
         &self,
@@ -139,9 +127,8 @@ impl<'a> SourceSurface<'a> {
 
 fn surface_of(hierarchy: &Hierarchy, units: &[u32]) -> TriangleTree {
     let positions = &hierarchy.vertices.positions;
-    let triangles = units
-        .iter()
-        .flat_map(|&unit| hierarchy.triangles_of(&hierarchy.units[unit as usize]));
+    let units = units.iter().map(|&unit| &hierarchy.units[unit as usize]);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
     TriangleTree::new(triangles.map(|t| t.map(|v| positions[v as usize])))
 }
 
@@ -158,7 +145,7 @@ struct Projector<'a> {
 impl<'a> Projector<'a> {
     fn new(instance: &Instance, eye: &'a Eye, two_sided: bool) -> Self {
         let world_from_local = instance.world_from_local;
-        let camera_from_world = eye.camera_from_world_exact();
+        let camera_from_world = eye.camera_from_world();
         let origin = Vec3::from(world_from_local.translation).as_dvec3();
         let camera_from_local = camera_from_world * Mat3::from(world_from_local.matrix3).as_dmat3();
         Self {
@@ -186,10 +173,10 @@ impl<'a> Projector<'a> {
             return false;
         }
         // Its triangle faces the eye.
-        let [u, v] = sample
+        let edges = sample
             .edges
             .map(|edge| self.camera_from_local * edge.as_dvec3());
-        let normal = u.cross(v) * self.handedness;
+        let normal = edges[0].cross(edges[1]) * self.handedness;
         let to_surface = if self.eye.is_orthographic() {
             DVec3::Z
         } else {

@@ -60,14 +60,8 @@ impl Eye {
     #[must_use]
     pub fn orthographic(height: f32, window_px: Vec2) -> Self {
         let (half_height, half_width) = (height * 0.5, height * 0.5 * window_px.x / window_px.y);
-        let projection = Mat4::orthographic_rh(
-            -half_width,
-            half_width,
-            -half_height,
-            half_height,
-            0.0,
-            height * 1e4,
-        );
+        let (left, bottom, far) = (-half_width, -half_height, height * 1e4);
+        let projection = Mat4::orthographic_rh(left, half_width, bottom, half_height, 0.0, far);
         Self::new(&projection, window_px, 0.0)
     }
 
@@ -148,20 +142,14 @@ impl Eye {
         }
     }
 
-    /// Whether the camera is orthographic.
+    /// Returns `true` if the camera is orthographic.
     #[must_use]
     pub fn is_orthographic(&self) -> bool {
         matches!(self.camera, Camera::Orthographic(_))
     }
 
     /// Rotates world directions to camera space (x right, y down, z = depth).
-    #[must_use]
-    pub(crate) fn camera_from_world(&self) -> Mat3 {
-        CAMERA_FROM_VIEW * Mat3::from(self.world_from_view.matrix3).transpose()
-    }
-
-    /// Rotates world directions to camera space, in double precision.
-    pub(crate) fn camera_from_world_exact(&self) -> DMat3 {
+    pub(crate) fn camera_from_world(&self) -> DMat3 {
         let rotation = Mat3::from(self.world_from_view.matrix3).as_dmat3();
         CAMERA_FROM_VIEW.as_dmat3() * rotation.transpose()
     }

@@ -66,7 +66,7 @@ impl Method {
         }
     }
 
-    /// Whether the method runs on the hierarchy that its own system builds.
+    /// Returns `true` if the method runs on the hierarchy that its own system builds.
     #[must_use]
     pub fn has_own_levels(self) -> bool {
         self == Self::Clusterlod

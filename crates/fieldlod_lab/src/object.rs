@@ -47,10 +47,9 @@ impl LodObject {
         };
         let errors_in_local: Vec<f32> = hierarchy.groups.iter().map(error).collect();
         // The center of the source's box is the same for all hierarchies of a mesh.
-        let source_units = hierarchy
-            .source_units()
-            .map(|unit| &hierarchy.units[unit].aabb);
-        let corners = source_units.flat_map(|aabb| [aabb.min, aabb.max]);
+        let source_units = hierarchy.source_units();
+        let boxes = source_units.map(|unit| &hierarchy.units[unit].aabb);
+        let corners = boxes.flat_map(|aabb| [aabb.min, aabb.max]);
         let aabb = Aabb::around(corners).unwrap_or_default();
         let center = (aabb.min + aabb.max) * 0.5;
         let positions = source_positions(&hierarchy).iter();
@@ -100,14 +99,10 @@ impl LodObject {
     /// Triangles of the coarsest cut.
     #[must_use]
     pub fn coarsest_triangle_count(&self) -> u64 {
-        let terminal = self
-            .hierarchy
-            .groups
-            .iter()
-            .filter(|group| group.is_terminal());
-        terminal
-            .map(|group| self.hierarchy.triangle_count_of(group))
-            .sum()
+        let groups = self.hierarchy.groups.iter();
+        let terminal = groups.filter(|group| group.is_terminal());
+        let counts = terminal.map(|group| self.hierarchy.triangle_count_of(group));
+        counts.sum()
     }
 
     /// The vertex that is nearest, in x and z only, to the point at `x` and `z` of the box, both from 0 to 1.

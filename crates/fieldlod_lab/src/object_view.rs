@@ -38,7 +38,7 @@ impl<'a> ObjectView<'a> {
             max_scale: scales.max_element(),
             world_from_local: m,
             origin_from_eye: Vec3::from(instance.world_from_local.translation) - eye.position(),
-            camera_from_world: eye.camera_from_world(),
+            camera_from_world: eye.camera_from_world().as_mat3(),
         }
     }
 
@@ -52,7 +52,7 @@ impl<'a> ObjectView<'a> {
         self.camera_from_world * self.relative_to_eye(point_in_local)
     }
 
-    /// Whether the sphere around a local box touches the field of view.
+    /// Returns `true` if the sphere around a local box touches the field of view.
     pub(crate) fn touches_box(&self, aabb: &Aabb) -> bool {
         self.touches_sphere(&Sphere {
             center: (aabb.min + aabb.max) * 0.5,
@@ -60,7 +60,7 @@ impl<'a> ObjectView<'a> {
         })
     }
 
-    /// Whether a local sphere touches the field of view.
+    /// Returns `true` if a local sphere touches the field of view.
     pub(crate) fn touches_sphere(&self, sphere: &Sphere) -> bool {
         let center = self.in_camera(sphere.center);
         let radius = sphere.radius * self.max_scale;

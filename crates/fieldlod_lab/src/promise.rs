@@ -77,24 +77,23 @@ pub struct MethodRun {
     pub triangles: f64,
 }
 
-/// Measures displacements at `threshold_px` on an object, and on `clusterlods`, the same mesh baked by clusterlod.
+/// Measures displacements at `threshold_px` on an object with the levels of this project and with those of clusterlod.
 ///
 /// `progress` is called with the number of finished cameras.
 pub fn measure(
     name: &str,
-    object: &LodObject,
-    clusterlods: &LodObject,
+    [ours, clusterlods]: [&LodObject; 2],
     threshold_px: f32,
     effort: Effort,
     progress: &(dyn Fn(usize) + Sync),
 ) -> PromiseRun {
-    let scenes = scenes(object, effort);
+    let scenes = scenes(ours, effort);
     let done = AtomicUsize::new(0);
     let methods = METHODS.map(|method| {
         let object = if method.has_own_levels() {
             clusterlods
         } else {
-            object
+            ours
         };
         let source = SourceSurface::new(&object.hierarchy, effort.samples);
         let found = scenes.par_iter().map(|(eye, instance)| {

@@ -8,7 +8,8 @@ use fieldlod_hierarchy::PagedMesh;
 use crate::mesh_pages::{MeshPages, PageEntry, PageState, StreamMeshId, StreamPageId};
 use crate::settings::StreamSettings;
 
-/// Factor of the coarsening per frame while wanted pages exceed the budget.
+/// Factor of the coarsening per frame while wanted pages exceed the budget. With a smaller factor the budget is exceeded
+/// for longer. With a larger one the coarsening overshoots, and pages that would fit are evicted.
 const COARSER: f32 = 1.05;
 /// Factor of the coarsening per frame while much of the budget is free. Falling slower than rising avoids exceeding the
 /// budget again.
@@ -16,16 +17,19 @@ const FINER: f32 = 1.0 / 1.02;
 /// The coarsening falls while wanted pages need less than this share of the budget. Between this share and the whole
 /// budget it stays constant.
 const DEAD_BAND_FROM: f64 = 0.8;
-/// Largest coarsening.
+/// Largest coarsening: a threshold of about the height of a picture. From there thresholds fall back within 6 seconds at
+/// 60 Hz. Without a limit they would take far longer after a budget that was too small.
 const MAX_COARSENING: f32 = 1000.0;
 /// First and largest number of frames between exceeding the budget and lowering thresholds.
 ///
 /// The number doubles if the budget is exceeded again soon. Otherwise a page that is larger than the dead band would be
 /// loaded and evicted forever.
 const WAIT_FRAMES: [u64; 2] = [120, 7680];
-/// First and largest number of frames until a failed page is retried.
+/// First and largest number of frames until a failed page is retried: half a second and half a minute at 60 Hz. Shorter
+/// delays keep a broken disk busy; longer ones keep geometry coarse after the disk recovers.
 const RETRY_FRAMES: [u64; 2] = [30, 1920];
-/// Eviction of unused pages visits each mesh once in this number of frames.
+/// Eviction of unused pages visits each mesh once in this number of frames. Visits cost time for each page of the mesh;
+/// rare visits evict later than the settings say.
 const SWEEP_FRAMES: u64 = 16;
 
 /// Tracks resident pages and decides which pages are loaded and evicted.
@@ -158,18 +162,9 @@ impl Residency {
     /// Returns `true` if the units of a group are resident.
     #[must_use]
     pub fn is_at_hand(&self, mesh: StreamMeshId, group: u32) -> bool {
-        let Some(mesh) = self.mesh(mesh) else {
-            return false;
-        };
-        let page = mesh.page_of(group);
-        page.is_some_and(|page| mesh.pages[page as usize].state == PageState::Resident)
-    }
-
-    /// Returns `true` if a page is resident.
-    #[must_use]
-    pub fn is_resident(&self, page: StreamPageId) -> bool {
-        let entry = self.page(page);
-        entry.is_some_and(|entry| entry.state == PageState::Resident)
+        let page = self.mesh(mesh).and_then(|mesh| mesh.page_of(group));
+        let page = page.and_then(|page| self.page(StreamPageId { mesh, page }));
+        page.is_some_and(|page| page.state == PageState::Resident)
     }
 
     fn page(&self, page: StreamPageId) -> Option<&PageEntry> {

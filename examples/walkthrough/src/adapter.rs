@@ -19,7 +19,7 @@ pub(crate) enum Adapter {
     Gpu,
 }
 
-/// Whether a window can be opened.
+/// Returns `true` if a window can be opened.
 pub(crate) fn has_display() -> bool {
     let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     !cfg!(target_os = "linux") || ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().any(is_set)

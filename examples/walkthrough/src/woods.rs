@@ -119,7 +119,7 @@ impl CameraClearance {
         }
     }
 
-    /// Whether an object leaves the space free.
+    /// Returns `true` if an object leaves the space free.
     fn allows(&self, placed: &Placed) -> bool {
         let (radius, height) = extent(placed);
         let at = placed.at();

@@ -102,7 +102,7 @@ impl SphereExtent {
 }
 
 impl Intrinsics {
-    /// Whether a sphere can touch the field of view.
+    /// Returns `true` if a sphere can touch the field of view.
     ///
     /// The test uses the four side planes and the plane `z = −r`, without a far plane. It is
     /// conservative: never false for a sphere that reaches into the view, but sometimes true for a
@@ -161,7 +161,7 @@ impl SphereExtent {
     }
 }
 
-/// Whether a sphere is completely on the side `across < slope · z` of a plane through the camera.
+/// Returns `true` if a sphere is completely on the side `across < slope · z` of a plane through the camera.
 /// Comparing squares saves the root and the division of a unit normal.
 #[inline]
 fn beyond_side(across: Real, slope: Real, z: Real, radius: Real) -> bool {

@@ -82,7 +82,7 @@ impl Camera {
         }
     }
 
-    /// Whether `p` is inside the field of view.
+    /// Returns `true` if `p` is inside the field of view.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         match self {
@@ -100,7 +100,7 @@ impl Camera {
         }
     }
 
-    /// Whether a sphere can touch the field of view; see [`Intrinsics::touches_sphere`].
+    /// Returns `true` if a sphere can touch the field of view; see [`Intrinsics::touches_sphere`].
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
         match self {

@@ -53,7 +53,7 @@ impl Intrinsics {
         (self.slope_max - self.slope_min) * self.focal_px
     }
 
-    /// Whether `p` is inside the field of view. False for NaN and for the position of the camera.
+    /// Returns `true` if `p` is inside the field of view. False for NaN and for the position of the camera.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         p.z > 0.0

@@ -20,7 +20,7 @@ pub struct OrthographicIntrinsics {
 }
 
 impl OrthographicIntrinsics {
-    /// Whether `p` is inside the view rectangle. Depth does not matter; NaN is outside.
+    /// Returns `true` if `p` is inside the view rectangle. Depth does not matter; NaN is outside.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         p.x >= self.min.x && p.x <= self.max.x && p.y >= self.min.y && p.y <= self.max.y
@@ -42,7 +42,7 @@ impl OrthographicIntrinsics {
         }
     }
 
-    /// Whether a sphere can touch the view rectangle. Never false for a sphere that does; true for NaN.
+    /// Returns `true` if a sphere can touch the view rectangle. Never false for a sphere that does; true for NaN.
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
         let outside = center.x + radius < self.min.x

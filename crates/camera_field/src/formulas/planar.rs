@@ -33,7 +33,7 @@ impl PlanarCamera {
         }
     }
 
-    /// Whether `p` is inside the field of view.
+    /// Returns `true` if `p` is inside the field of view.
     #[inline]
     pub fn contains(&self, p: Vec2) -> bool {
         p.y > 0.0 && p.x >= self.slope_min * p.y && p.x <= self.slope_max * p.y

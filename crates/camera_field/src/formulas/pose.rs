@@ -66,7 +66,7 @@ pub struct PosedCamera {
 }
 
 impl PosedCamera {
-    /// Whether a point of the world is in the field of view.
+    /// Returns `true` if a point of the world is in the field of view.
     #[inline]
     pub fn contains(&self, p: Vec3) -> bool {
         self.intrinsics.contains(self.pose.to_camera(p))

@@ -29,7 +29,8 @@ use crate::hierarchy::Hierarchy;
 pub struct PageOptions {
     /// Precision of vertex attributes.
     pub precision: Precision,
-    /// Approximate size of the meshes of a page on the GPU, in bytes.
+    /// Approximate size of the meshes of a page on the GPU, in bytes. Smaller pages repeat more vertices and need more
+    /// reads; larger pages load more geometry that no view needs.
     pub page_bytes: u32,
 }
 

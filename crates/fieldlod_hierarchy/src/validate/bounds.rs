@@ -8,8 +8,14 @@ use crate::hierarchy::Hierarchy;
 
 impl Hierarchy {
     pub(super) fn check_spheres(&self) -> Result<(), E> {
-        let mut groups = self.groups.iter().enumerate();
-        groups.try_for_each(|(index, group)| check_sphere("group", index, &group.bounds))
+        let is_usable = |Sphere { center, radius }: Sphere| {
+            center.is_finite() && radius.is_finite() && radius >= 0.0
+        };
+        let mut groups = self.groups.iter();
+        match groups.position(|group| !is_usable(group.bounds)) {
+            Some(group) => Err(E::BadBounds { group }),
+            None => Ok(()),
+        }
     }
 
     pub(super) fn check_bounds(&self) -> Result<(), E> {
@@ -47,14 +53,5 @@ fn check_contains(owner: &'static str, index: usize, contains: bool) -> Result<(
         Ok(())
     } else {
         Err(E::TrianglesOutsideBounds { owner, index })
-    }
-}
-
-fn check_sphere(owner: &'static str, index: usize, sphere: &Sphere) -> Result<(), E> {
-    let is_finite = sphere.center.is_finite() && sphere.radius.is_finite();
-    if is_finite && sphere.radius >= 0.0 {
-        Ok(())
-    } else {
-        Err(E::BadBounds { owner, index })
     }
 }

@@ -206,12 +206,4 @@ proptest! {
             }
         }
     }
-
-    #[test]
-    fn random_files_do_not_panic(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        let mut file = strip_file().to_bytes();
-        file.truncate(HEADER_BYTES);
-        file.extend(bytes);
-        let _ = BakedFile::from_bytes(&sealed(file));
-    }
 }

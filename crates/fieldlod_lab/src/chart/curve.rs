@@ -96,11 +96,8 @@ impl Measure {
 /// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
 /// made monotone first, because errors jitter by a few per cent.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
-    let points = curve.points.iter();
-    at_error(
-        points.map(|point| (point.triangles as f64, measure.of(point))),
-        error,
-    )
+    let pair = |point: &Point| (point.triangles as f64, measure.of(point));
+    at_error(curve.points.iter().map(pair), error)
 }
 
 /// Interpolates the threshold of a curve at a number of triangles; `None` outside of the curve.
@@ -122,9 +119,8 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
 /// Does the work of [`triangles_at_error`] on pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
     let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
-    let mut logs: Vec<(f64, f64)> = usable
-        .map(|(cost, error)| (cost.ln(), error.ln()))
-        .collect();
+    let logs = usable.map(|(cost, error)| (cost.ln(), error.ln()));
+    let mut logs: Vec<(f64, f64)> = logs.collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
     logs.dedup_by_key(|point| point.0);
     let falling = falling(&logs);
@@ -157,14 +153,10 @@ fn falling(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         }
         pools.push(pool);
     }
-    let errors = pools
-        .iter()
-        .flat_map(|&(error, count)| std::iter::repeat_n(error, count));
-    points
-        .iter()
-        .zip(errors)
-        .map(|(point, error)| (point.0, error))
-        .collect()
+    let pools = pools.iter();
+    let errors = pools.flat_map(|&(error, count)| std::iter::repeat_n(error, count));
+    let pairs = points.iter().zip(errors);
+    pairs.map(|(point, error)| (point.0, error)).collect()
 }
 
 #[cfg(test)]
@@ -174,17 +166,12 @@ mod tests {
     /// If the error is 1000 / triangles, an error needs 1000 / error triangles, also between points.
     #[test]
     fn power_law_is_interpolated_exactly() {
-        let points = || {
-            [100.0, 200.0, 500.0, 1000.0]
-                .map(|t| (t, 1000.0 / t))
-                .into_iter()
-        };
+        let triangles = [100.0, 200.0, 500.0, 1000.0];
+        let points = || triangles.into_iter().map(|t| (t, 1000.0 / t));
         for error in [1.0, 1.5, 3.0, 7.0, 10.0] {
             let found = at_error(points(), error).unwrap();
-            assert!(
-                (found - 1000.0 / error).abs() < 1e-6 * found,
-                "{error} {found}"
-            );
+            let is_near = (found - 1000.0 / error).abs() < 1e-6 * found;
+            assert!(is_near, "{error} {found}");
         }
         assert_eq!(at_error(points(), 10.5), None);
         assert_eq!(at_error(points(), 0.9), None);

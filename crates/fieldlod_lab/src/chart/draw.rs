@@ -102,17 +102,13 @@ fn title(report: &Report) -> String {
 fn notes(report: &Report) -> [String; 2] {
     let models = report.models.iter();
     let names: Vec<&str> = models.map(|model| model.name.as_str()).collect();
-    let [width, height] = report.size_px;
+    let ([width, height], poses, adapter) = (report.size_px, report.poses, &report.adapter);
     [
         format!(
-            "Geometric means over {}; {} poses each, pictures of {width} x {height} px.",
+            "Geometric means over {}; {poses} poses each, pictures of {width} x {height} px.",
             names.join(", "),
-            report.poses
         ),
-        format!(
-            "clusterlod has its own levels, all others ours. Drawn by {}.",
-            report.adapter
-        ),
+        format!("clusterlod has its own levels, all others ours. Drawn by {adapter}."),
     ]
 }
 

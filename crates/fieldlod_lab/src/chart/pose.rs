@@ -9,7 +9,8 @@ use crate::object::LodObject;
 
 /// Vertical fields of view of successive poses, in degrees.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
-/// Distances from the center of an object, in radii.
+/// Distances from the center of an object, in radii. Below 1 radius, cameras can be inside of the object. At 6 radii, the
+/// object is about 100 px high in a picture of 640 x 360 px.
 const NEAREST_RADII: f32 = 1.25;
 const FARTHEST_RADII: f32 = 6.0;
 /// Heights of the eye above a ground, in radii of the ground.
@@ -59,7 +60,7 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Whether an object is a ground: much wider than it is high, along +Y.
+/// Returns `true` if an object is a ground: much wider than it is high, along +Y.
 fn is_ground(object: &LodObject) -> bool {
     let extent = object.aabb.max - object.aabb.min;
     extent.y < 0.3 * extent.x.min(extent.z)

@@ -9,7 +9,8 @@ use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
 use super::{ModelResult, Options};
 use crate::method::Method;
 
-/// The chart has a point of a method only if at least this share of the poses can be compared.
+/// The chart has a point of a method only if at least this share of the poses can be compared. With a smaller share, points
+/// would be means over few, easy poses; with a larger one, most methods would lose the ends of their curves.
 const MIN_COMPARED_SHARE: f64 = 0.6;
 
 /// The numbers of a chart.

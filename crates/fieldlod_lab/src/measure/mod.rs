@@ -45,7 +45,7 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     }
 }
 
-/// Whether each pixel has a covered texel in `a` or in `b`.
+/// For each pixel, whether it has a covered texel in `a` or in `b`.
 fn shown_in_either(a: &Picture, b: &Picture) -> Vec<bool> {
     use crate::render::SUPERSAMPLING as N;
     let width = a.size_px.x * N;

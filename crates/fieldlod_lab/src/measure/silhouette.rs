@@ -22,13 +22,9 @@ pub fn silhouette_px(reference: &Picture, picture: &Picture) -> f64 {
 fn outline_steps(picture: &Picture) -> usize {
     let width = (picture.size_px.x * SUPERSAMPLING) as usize;
     let rows = || picture.covered.chunks_exact(width);
-    let along = rows()
-        .flat_map(|row| row.windows(2))
-        .filter(|pair| pair[0] != pair[1]);
-    let below = picture
-        .covered
-        .iter()
-        .zip(picture.covered.iter().skip(width));
+    let along = rows().flat_map(|row| row.windows(2));
+    let along = along.filter(|pair| pair[0] != pair[1]);
+    let below = picture.covered.iter().zip(&picture.covered[width..]);
     along.count() + below.filter(|(a, b)| a != b).count()
 }
 
@@ -44,11 +40,9 @@ mod tests {
         let middle = f64::from(texels) * 0.5;
         let radius = radius_px * f64::from(SUPERSAMPLING);
         for (index, covered) in (0..texels * texels).zip(&mut picture.covered) {
-            let (x, y) = (
-                f64::from(index % texels) + 0.5,
-                f64::from(index / texels) + 0.5,
-            );
-            *covered = (x - middle).hypot(y - middle) < radius;
+            let from_middle = |at: u32| f64::from(at) + 0.5 - middle;
+            let (x, y) = (from_middle(index % texels), from_middle(index / texels));
+            *covered = x.hypot(y) < radius;
         }
         picture
     }

@@ -18,7 +18,7 @@ use crate::render::{Picture, RenderError, Renderer};
 
 pub use prop::Prop;
 
-/// Radii of the mesh on screen, in pixels.
+/// Radii of the mesh on screen, in pixels: up to a fifth of the height of a picture of 1080 px.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
 /// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
@@ -91,14 +91,12 @@ pub fn measure(
             chosen[at].1.add(&look(&units)?, share);
         }
     }
-    let levels = levels
-        .iter()
-        .zip(looks)
-        .map(|((error, units), looks)| LevelResult {
-            triangles: prop.triangles(units),
-            error: error / prop.sphere.radius,
-            looks,
-        });
+    let levels = levels.iter().zip(looks);
+    let levels = levels.map(|((error, units), looks)| LevelResult {
+        triangles: prop.triangles(units),
+        error: error / prop.sphere.radius,
+        looks,
+    });
     Ok(PropResult {
         name: name.to_owned(),
         triangles: prop.triangles(&prop.source()).into(),
@@ -163,10 +161,7 @@ pub fn table(results: &[PropResult]) -> String {
         text.push('\n');
         for level in &result.levels {
             let _ = write!(text, "{:>9}   {:>7.4}", level.triangles, level.error);
-            level
-                .looks
-                .iter()
-                .for_each(|look| write_look(&mut text, look));
+            text.extend(level.looks.iter().map(look_text));
             text.push('\n');
         }
         let _ = write!(text, "selected at {ERROR_PX} px, triangles:");
@@ -174,19 +169,17 @@ pub fn table(results: &[PropResult]) -> String {
             let _ = write!(text, " {triangles:.0}");
         }
         let _ = write!(text, "\n{:19}", "");
-        result
-            .chosen
-            .iter()
-            .for_each(|(_, look)| write_look(&mut text, look));
+        text.extend(result.chosen.iter().map(|(_, look)| look_text(look)));
         text.push('\n');
     }
     text
 }
 
-fn write_look(text: &mut String, look: &Look) {
-    let _ = write!(
-        text,
-        "  {:>4.1} {:.3} {:>4.2}",
-        look.rmse, look.flip, look.covered
-    );
+fn look_text(look: &Look) -> String {
+    let Look {
+        rmse,
+        flip,
+        covered,
+    } = look;
+    format!("  {rmse:>4.1} {flip:.3} {covered:>4.2}")
 }

@@ -46,10 +46,8 @@ impl Prop {
     /// All levels except the source, each with its error. A level has the coarsest unit of each mesh within its error.
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
         let groups = self.meshes.iter().flat_map(|mesh| &mesh.groups);
-        let mut errors: Vec<f32> = groups
-            .map(|group| group.error_in_local)
-            .filter(|error| error.is_finite())
-            .collect();
+        let errors = groups.map(|group| group.error_in_local);
+        let mut errors: Vec<f32> = errors.filter(|error| error.is_finite()).collect();
         errors.sort_by(f32::total_cmp);
         errors.dedup();
         let level = |mesh: &Hierarchy, error: f32| {
@@ -58,19 +56,14 @@ impl Prop {
             finer.unwrap_or(mesh.units.len() - 1) as u32
         };
         let units = |error: f32| self.meshes.iter().map(|mesh| level(mesh, error)).collect();
-        errors
-            .into_iter()
-            .map(|error| (error, units(error)))
-            .collect()
+        let levels = errors.into_iter().map(|error| (error, units(error)));
+        levels.collect()
     }
 
     /// The units selected at [`ERROR_PX`].
     #[must_use]
     pub fn selected(&self, eye: &Eye) -> Units {
-        let settings = LodSettings {
-            error_px: Some(ERROR_PX),
-            ..LodSettings::default()
-        };
+        let settings = LodSettings::with_error_px(ERROR_PX);
         let mut cut = Cut::default();
         let mut unit = |mesh: &Hierarchy| {
             select(mesh, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);

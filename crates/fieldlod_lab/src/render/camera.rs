@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera_field::Camera;
-use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2};
+use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2, Vec2};
 
 use super::RenderError;
 use crate::eye::Eye;
@@ -33,10 +33,8 @@ impl WorldView {
         let Camera::Perspective(intrinsics) = &eye.camera else {
             return Err(RenderError::Orthographic);
         };
-        let (min, max) = (
-            intrinsics.slope_min.as_dvec2(),
-            intrinsics.slope_max.as_dvec2(),
-        );
+        let slopes = [intrinsics.slope_min, intrinsics.slope_max];
+        let [min, max] = slopes.map(Vec2::as_dvec2);
         let scale = 2.0 / (max - min);
         let middle = (max + min) * 0.5;
         // From camera space (x right, y down, z = depth). Depth is reversed: 1 at the near plane, 0 at infinity.
@@ -47,7 +45,7 @@ impl WorldView {
             DVec4::new(0.0, 0.0, f64::from(eye.near), 0.0),
         );
         let position = eye.position().as_dvec3();
-        let turn = DMat4::from_mat3(eye.camera_from_world_exact());
+        let turn = DMat4::from_mat3(eye.camera_from_world());
         Ok(Self {
             size_px: intrinsics.image_px().round().as_uvec2().max(UVec2::ONE),
             clip_from_world: clip_from_camera * turn * DMat4::from_translation(-position),

@@ -28,9 +28,8 @@ impl Picture {
             for x in 0..size_px.x {
                 // The mean of the pixel's texels, in linear light.
                 let mut sum = [0.0f32; 3];
-                for (dx, dy) in
-                    (0..SUPERSAMPLING).flat_map(|x| (0..SUPERSAMPLING).map(move |y| (x, y)))
-                {
+                for texel in 0..SUPERSAMPLING * SUPERSAMPLING {
+                    let (dx, dy) = (texel / SUPERSAMPLING, texel % SUPERSAMPLING);
                     let row = y * SUPERSAMPLING + dy;
                     let texel = texels[(row * size_texels.x + x * SUPERSAMPLING + dx) as usize];
                     let [red, green, blue, _] = on_background(texel);

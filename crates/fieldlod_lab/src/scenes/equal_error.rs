@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::frame::{Frame, Measured};
 use crate::render::RenderError;
 
-/// Relative difference below which errors count as equal.
+/// Relative difference below which errors count as equal. A larger difference shows in the table; a smaller one
+/// costs tries, because pictures change in steps.
 const EQUAL: f64 = 0.004;
 /// The largest number of thresholds to try.
 const MAX_TRIES: usize = 9;

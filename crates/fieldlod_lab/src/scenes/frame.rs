@@ -59,10 +59,8 @@ impl<'a> Frame<'a> {
     /// Draws full detail as the reference.
     pub(super) fn new(stage: &'a Stage, eye: &'a Eye) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
-        let sources: Cuts = views
-            .iter()
-            .map(|view| view.object.source_units())
-            .collect();
+        let sources = views.iter().map(|view| view.object.source_units());
+        let sources: Cuts = sources.collect();
         Ok(Self {
             reference: stage.draw(eye, &in_view(&views, &sources))?,
             stage,
@@ -109,7 +107,6 @@ impl<'a> Frame<'a> {
 
 fn in_view(views: &[ObjectView], cuts: &Cuts) -> Cuts {
     let pairs = views.iter().zip(cuts);
-    pairs
-        .map(|(view, units)| view.units_in_view(units))
-        .collect()
+    let seen = pairs.map(|(view, units)| view.units_in_view(units));
+    seen.collect()
 }

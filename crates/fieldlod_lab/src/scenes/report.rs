@@ -50,17 +50,12 @@ pub fn measure(renderer: &Renderer, world: &World) -> Result<WorldResult, Render
 /// The results as a table in Markdown.
 #[must_use]
 pub fn table(result: &WorldResult) -> String {
-    let WorldResult {
-        name,
-        instances,
-        source_triangles,
-        frames,
-        ..
-    } = result;
+    let (name, instances, frames) = (&result.name, result.instances, result.frames);
     let mut text = format!(
-        "{name}: {instances} instances of {source_triangles} triangles, {frames} frames\n\n\
+        "{name}: {instances} instances of {} triangles, {frames} frames\n\n\
          | visible flux | threshold | triangles | share | worst frame | RMSE, of 255 | FLIP |\n\
-         |---|---:|---:|---:|---:|---:|---:|\n"
+         |---|---:|---:|---:|---:|---:|---:|\n",
+        result.source_triangles
     );
     for row in &result.rows {
         let _ = writeln!(

@@ -26,30 +26,6 @@ pub struct Case {
 }
 
 impl Case {
-    /// A case without reports, of one-sided surfaces.
-    pub(super) const fn new(
-        name: &'static str,
-        story: &'static str,
-        fixture: Fixture,
-        checks: &'static [Fault],
-        shots: fn(&LodObject) -> Vec<Shot>,
-    ) -> Self {
-        Self {
-            name,
-            story,
-            reported: &[],
-            fixture,
-            checks,
-            is_two_sided: false,
-            shots,
-        }
-    }
-
-    /// Adds reports of users.
-    pub(super) const fn reported_as(self, reported: &'static [&'static str]) -> Self {
-        Self { reported, ..self }
-    }
-
     /// Makes back faces visible.
     pub(super) const fn two_sided(self) -> Self {
         Self {
@@ -58,6 +34,24 @@ impl Case {
         }
     }
 }
+
+/// Declares `CASES`, in the order of the table. Each case has a name, a story, a fixture, the faults that it checks for,
+/// and a function that makes its shots. Reports of users and `two_sided` are optional.
+macro_rules! cases {
+    ($($name:literal: $story:literal, $fixture:ident, [$($fault:ident),*], $shots:ident
+        $(, reported as [$($report:literal),+])? $(=> $sides:ident)?;)+) => {
+        pub(super) const CASES: &[$crate::stability::Case] = &[$($crate::stability::Case {
+            name: $name,
+            story: $story,
+            reported: &[$($($report),+)?],
+            fixture: $crate::stability::Fixture::$fixture,
+            checks: &[$($crate::stability::Fault::$fault),*],
+            is_two_sided: false,
+            shots: $shots,
+        }$(.$sides())?),+];
+    };
+}
+pub(super) use cases;
 
 /// A way to fail a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -23,7 +23,7 @@ impl Fixture {
     /// All fixtures.
     pub const ALL: [Self; 4] = [Self::Rock, Self::Knot, Self::Terrain, Self::Shell];
 
-    /// Whether the mesh is closed.
+    /// Returns `true` if the mesh is closed.
     #[must_use]
     pub fn is_closed(self) -> bool {
         self != Self::Terrain

@@ -54,11 +54,14 @@ pub const METHODS: [Method; 5] = [
 
 /// The threshold of all methods, in pixels.
 pub const THRESHOLD_PX: f32 = 1.0;
-/// A displacement of more than this multiple of the threshold is a fault.
+/// A displacement of more than this multiple of the threshold is a fault. Other systems do not limit displacements, so
+/// a small excess is not a fault of theirs. A large excess is a visible jump.
 pub const PROMISE_ALLOWANCE: f64 = 1.5;
-/// More triangles than this multiple of those of the guaranteed cut, or of the coarsest cut, are a fault.
+/// More triangles than this multiple of those of the guaranteed cut, or of the coarsest cut, are a fault. With a
+/// smaller ratio, small differences between criteria would be faults.
 pub const THRIFT_RATIO: f64 = 1.25;
-/// The number of points of a surface at which displacements are measured.
+/// The number of points of a surface at which displacements are measured. Fewer points miss the largest displacement; more
+/// take longer.
 pub const SAMPLES: usize = 8_000;
 
 /// All cases. The cases that users reported come first.

@@ -3,120 +3,42 @@
 use glam::{Affine3A, Vec2, Vec3};
 
 use super::cameras::{HD, SMALL, around, at_distances, distances, eye, from_front, ground, scaled};
-use super::case::{Case, Fault, Frame, Shot};
-use super::fixtures::Fixture;
+use super::case::{Frame, Shot, cases};
 use crate::eye::{Eye, Instance};
 use crate::object::LodObject;
 
-/// The cases, in the order of the table.
-pub(super) const CASES: &[Case] = &[
-    Case::new(
-        "scaled mesh",
-        "an instance is enlarged, evenly and along one axis",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        scaled_mesh,
-    ),
-    Case::new(
-        "inside the object",
-        "the camera is inside and looks out",
-        Fixture::Shell,
-        &[Fault::Displaced],
-        inside_the_object,
-    )
-    .two_sided(),
-    Case::new(
-        "near plane",
-        "groups reach across the near plane",
-        Fixture::Shell,
-        &[Fault::Displaced],
-        near_plane,
-    ),
-    Case::new(
-        "behind",
-        "the object is close behind the camera",
-        Fixture::Rock,
-        &[Fault::Idles],
-        behind,
-    ),
-    Case::new(
-        "grazing planes",
-        "the ground is seen from just above it",
-        Fixture::Terrain,
-        &[Fault::Displaced],
-        grazing,
-    ),
-    Case::new(
-        "thin shells",
-        "the silhouette of a shell in a corner of the picture",
-        Fixture::Shell,
-        &[Fault::Displaced],
-        thin_shells,
-    ),
-    Case::new(
-        "taa jitter",
-        "the picture shifts by half a pixel while the object is on its edge",
-        Fixture::Rock,
-        &[Fault::Flips],
-        taa_jitter,
-    ),
-    Case::new(
-        "head-bob",
-        "a walk over hills at eye height",
-        Fixture::Terrain,
-        &[Fault::Displaced, Fault::Flips],
-        head_bob,
-    ),
-    Case::new(
-        "dolly zoom",
-        "the field of view widens while the camera approaches",
-        Fixture::Rock,
-        &[Fault::Displaced, Fault::Flips],
-        dolly_zoom,
-    ),
-    Case::new(
-        "1e6 m away",
-        "eye and object are 1e6 m from the origin",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        far_from_origin,
-    ),
-    Case::new(
-        "scales",
-        "the world is 1e-3 and 1e3 times as large",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        scales,
-    ),
-    Case::new(
-        "split screen",
-        "two views side by side, one near and one far",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        split_screen,
-    ),
-    Case::new(
-        "window resize",
-        "the user enlarges the window",
-        Fixture::Rock,
-        &[Fault::Displaced, Fault::Flips],
-        window_resize,
-    ),
-    Case::new(
-        "teleport",
-        "the camera jumps near and far",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        teleport,
-    ),
-    Case::new(
-        "nan transform",
-        "the transform contains NaN or infinity",
-        Fixture::Rock,
-        &[],
-        nan_transform,
-    ),
-];
+cases! {
+    "scaled mesh": "an instance is enlarged, evenly and along one axis",
+        Rock, [Displaced], scaled_mesh;
+    "inside the object": "the camera is inside and looks out",
+        Shell, [Displaced], inside_the_object => two_sided;
+    "near plane": "groups reach across the near plane",
+        Shell, [Displaced], near_plane;
+    "behind": "the object is close behind the camera",
+        Rock, [Idles], behind;
+    "grazing planes": "the ground is seen from just above it",
+        Terrain, [Displaced], grazing;
+    "thin shells": "the silhouette of a shell in a corner of the picture",
+        Shell, [Displaced], thin_shells;
+    "taa jitter": "the picture shifts by half a pixel while the object is on its edge",
+        Rock, [Flips], taa_jitter;
+    "head-bob": "a walk over hills at eye height",
+        Terrain, [Displaced, Flips], head_bob;
+    "dolly zoom": "the field of view widens while the camera approaches",
+        Rock, [Displaced, Flips], dolly_zoom;
+    "1e6 m away": "eye and object are 1e6 m from the origin",
+        Rock, [Displaced], far_from_origin;
+    "scales": "the world is 1e-3 and 1e3 times as large",
+        Rock, [Displaced], scales;
+    "split screen": "two views side by side, one near and one far",
+        Rock, [Displaced], split_screen;
+    "window resize": "the user enlarges the window",
+        Rock, [Displaced, Flips], window_resize;
+    "teleport": "the camera jumps near and far",
+        Rock, [Displaced], teleport;
+    "nan transform": "the transform contains NaN or infinity",
+        Rock, [], nan_transform;
+}
 
 fn scaled_mesh(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);

@@ -3,102 +3,34 @@
 use glam::{Vec2, Vec3};
 
 use super::cameras::{HD, SMALL, around, at_distances, distances, eye, from_front, ground, scaled};
-use super::case::{Case, Fault, Shot};
-use super::fixtures::Fixture;
+use super::case::{Shot, cases};
 use crate::eye::{Eye, Instance};
 use crate::object::LodObject;
 
-/// The cases, in the order of the table.
-pub(super) const CASES: &[Case] = &[
-    Case::new(
-        "rotate only",
-        "the camera turns on the spot and levels jump",
-        Fixture::Rock,
-        &[Fault::Displaced, Fault::Flips],
-        rotate_only,
-    )
-    .reported_as(&["godot 81995", "godot 76436"]),
-    Case::new(
-        "inside the box",
-        "the camera stands inside the object's box, away from its surface",
-        Fixture::Knot,
-        &[Fault::Displaced, Fault::Wastes],
-        inside_the_box,
-    )
-    .reported_as(&["godot 88273", "godot 79590"]),
-    Case::new(
-        "cull margin",
-        "a box inflated for culling forces the worst level",
-        Fixture::Rock,
-        &[Fault::Displaced, Fault::Wastes],
-        cull_margin,
-    )
-    .reported_as(&["godot 67890"]),
-    Case::new(
-        "orthographic",
-        "an orthographic camera far away gets the worst level",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        orthographic,
-    )
-    .reported_as(&["godot 57404"]),
-    Case::new(
-        "scaled bones",
-        "the object is scaled by 100, as by bones",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        scaled_bones,
-    )
-    .reported_as(&["godot 57895", "godot 59147"]),
-    Case::new(
-        "zoom ignored",
-        "the camera zooms in from afar and the model stays coarse",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        zoom_ignored,
-    )
-    .reported_as(&["three.js 18557"]),
-    Case::new(
-        "flicker",
-        "small movements at a threshold switch levels back and forth",
-        Fixture::Rock,
-        &[Fault::Flips],
-        flicker,
-    )
-    .reported_as(&["three.js 14565"]),
-    Case::new(
-        "window size",
-        "the same view is good in one window and bad in another",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        window_size,
-    )
-    .reported_as(&["cesium 4043"]),
-    Case::new(
-        "narrow fov",
-        "a telephoto lens refines near parts at the edge of the picture",
-        Fixture::Terrain,
-        &[Fault::Displaced, Fault::Wastes],
-        narrow_fov,
-    )
-    .reported_as(&["cesium-native 1138"]),
-    Case::new(
-        "shadow view",
-        "a light and a camera need different levels",
-        Fixture::Rock,
-        &[Fault::Displaced],
-        shadow_view,
-    )
-    .reported_as(&["bevy 15084"]),
-    Case::new(
-        "non-nested",
-        "bounds that do not nest drop or double parts of the surface",
-        Fixture::Rock,
-        &[],
-        non_nested,
-    )
-    .reported_as(&["the rule's own documentation"]),
-];
+cases! {
+    "rotate only": "the camera turns on the spot and levels jump",
+        Rock, [Displaced, Flips], rotate_only, reported as ["godot 81995", "godot 76436"];
+    "inside the box": "the camera stands inside the object's box, away from its surface",
+        Knot, [Displaced, Wastes], inside_the_box, reported as ["godot 88273", "godot 79590"];
+    "cull margin": "a box inflated for culling forces the worst level",
+        Rock, [Displaced, Wastes], cull_margin, reported as ["godot 67890"];
+    "orthographic": "an orthographic camera far away gets the worst level",
+        Rock, [Displaced], orthographic, reported as ["godot 57404"];
+    "scaled bones": "the object is scaled by 100, as by bones",
+        Rock, [Displaced], scaled_bones, reported as ["godot 57895", "godot 59147"];
+    "zoom ignored": "the camera zooms in from afar and the model stays coarse",
+        Rock, [Displaced], zoom_ignored, reported as ["three.js 18557"];
+    "flicker": "small movements at a threshold switch levels back and forth",
+        Rock, [Flips], flicker, reported as ["three.js 14565"];
+    "window size": "the same view is good in one window and bad in another",
+        Rock, [Displaced], window_size, reported as ["cesium 4043"];
+    "narrow fov": "a telephoto lens refines near parts at the edge of the picture",
+        Terrain, [Displaced, Wastes], narrow_fov, reported as ["cesium-native 1138"];
+    "shadow view": "a light and a camera need different levels",
+        Rock, [Displaced], shadow_view, reported as ["bevy 15084"];
+    "non-nested": "bounds that do not nest drop or double parts of the surface",
+        Rock, [], non_nested, reported as ["the rule's own documentation"];
+}
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {
     let camera = eye(90.0, HD, object);
@@ -170,18 +102,12 @@ fn flicker(object: &LodObject) -> Vec<Shot> {
 }
 
 fn window_size(object: &LodObject) -> Vec<Shot> {
-    let windows = [
-        (640.0, 360.0),
-        (1920.0, 1080.0),
-        (5120.0, 1440.0),
-        (1080.0, 2400.0),
-    ];
+    let sizes = [[640, 360], [1920, 1080], [5120, 1440], [1080, 2400u16]];
     let mut shots = Vec::new();
-    for (width, height) in windows {
+    for [width, height] in sizes.map(|size| size.map(f32::from)) {
         let camera = eye(60.0, Vec2::new(width, height), object);
-        let half_width_deg = (30f32.to_radians().tan() * width / height)
-            .atan()
-            .to_degrees();
+        let half_width = 30f32.to_radians().tan() * width / height;
+        let half_width_deg = half_width.atan().to_degrees();
         // The turn puts the object at the side of the picture.
         shots.extend(at_distances(object, &camera, |distance| {
             let reach_deg = (object.radius / distance).asin().to_degrees();
@@ -220,12 +146,8 @@ fn shadow_view(object: &LodObject) -> Vec<Shot> {
 fn non_nested(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, SMALL, object);
     let approach = |t: f32| {
-        around(
-            camera,
-            object,
-            object.radius * (1.02 + t * t * 6.0),
-            300.0 * t,
-        )
+        let distance = object.radius * (1.02 + t * t * 6.0);
+        around(camera, object, distance, 300.0 * t)
     };
     vec![Shot::path(64, 32, approach)]
 }

@@ -9,7 +9,7 @@ use super::case::{Case, Fault, Shot};
 use super::fixtures::Fixture;
 use super::{METHODS, PROMISE_ALLOWANCE, SAMPLES, THRESHOLD_PX, THRIFT_RATIO, cases};
 use crate::chooser::{Choice, Chooser};
-use crate::displacement::{CutSurface, SourceSurface};
+use crate::displacement::{CutSurface, Displacement, SourceSurface};
 use crate::holes::{FlipCounter, open_edges};
 use crate::method::Method;
 use crate::object::LodObject;
@@ -102,28 +102,30 @@ pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sy
     }
 }
 
+/// Runs each case on its fixture.
 fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
     // Each fixture is baked once.
     let fixtures = Fixture::ALL.par_iter();
     let objects: Vec<LodObject> = fixtures.map(|fixture| fixture.bake()).collect();
-    let object_of = |fixture: Fixture| &objects[fixture as usize];
-    let all: Vec<&Case> = cases().collect();
-    let results = all.par_iter().map(|case| {
-        let result = run_case(case, object_of(case.fixture), case.fixture.is_closed());
-        tick();
-        result
-    });
-    ObjectRun {
-        name: "fixtures".to_owned(),
-        cases: results.collect(),
-    }
+    let object_of = |fixture: Fixture| (&objects[fixture as usize], fixture.is_closed());
+    run_cases("fixtures", |case| object_of(case.fixture), tick)
 }
 
 fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> ObjectRun {
     // Open edges are holes only if the source is closed.
     let is_closed = open_edges(&object.hierarchy, &object.source_units()) == 0;
+    run_cases(name, |_| (object, is_closed), tick)
+}
+
+/// Runs all cases. `object_of` returns the object of a case, and whether it is closed.
+fn run_cases<'a>(
+    name: &str,
+    object_of: impl Fn(&Case) -> (&'a LodObject, bool) + Sync,
+    tick: &(dyn Fn() + Sync),
+) -> ObjectRun {
     let all: Vec<&Case> = cases().collect();
     let results = all.par_iter().map(|case| {
+        let (object, is_closed) = object_of(case);
         let result = run_case(case, object, is_closed);
         tick();
         result
@@ -213,9 +215,9 @@ impl Trial<'_> {
             (choice.units.clone(), self.source.cut(&choice.units))
         });
         let (instance, eye) = (&view.instance, &view.eye);
-        let found = self
-            .source
-            .displacement(&cut, instance, eye, self.is_two_sided);
+        let source = self.source;
+        let displaced_px = source.displacements(&cut, instance, eye, self.is_two_sided);
+        let found = Displacement::of(displaced_px);
         self.sums.max_px = self.sums.max_px.max(found.max_px);
         self.sums.p99_9_px = self.sums.p99_9_px.max(found.p99_9_px);
         self.sums.mean_px += found.mean_px;

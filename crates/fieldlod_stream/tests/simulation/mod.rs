@@ -31,19 +31,15 @@ impl Disk {
     };
 }
 
-/// Tables of contents of `count` rocks with `20 · 4^subdivisions` triangles. They are copies of `distinct` baked rocks.
-pub(crate) fn rocks(
-    count: usize,
-    distinct: u32,
-    subdivisions: u32,
-    page_bytes: u32,
-) -> Vec<PagedMesh> {
+/// Tables of contents of `count` rocks with `20 · 4^subdivisions` triangles in pages of about `bytes` bytes. They are
+/// copies of `distinct` baked rocks.
+pub(crate) fn rocks(count: usize, distinct: u32, subdivisions: u32, bytes: u32) -> Vec<PagedMesh> {
     let config = BakeConfig {
         measure_deviation: false,
         ..BakeConfig::default()
     };
     let options = PageOptions {
-        page_bytes,
+        page_bytes: bytes,
         ..PageOptions::default()
     };
     let paged = (0..distinct).map(|seed| {
@@ -215,6 +211,11 @@ impl World {
     fn rock(&self, stream: StreamMeshId) -> &Rock {
         let rock = self.rocks.iter().find(|rock| rock.stream == stream);
         rock.expect("all meshes are rocks")
+    }
+
+    pub(crate) fn is_resident(&self, page: StreamPageId) -> bool {
+        let groups = self.rock(page.mesh).mesh.groups_of(page.page as usize);
+        self.residency.is_at_hand(page.mesh, groups[0])
     }
 
     /// Returns `true` if each rock draws a complete cut of resident units.

@@ -108,7 +108,8 @@ pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Ve
         right_side += across * line.point * weight;
         total += weight;
     }
-    // If all lines are parallel, the matrix is singular: the point could move along them.
+    // If all lines are parallel, the matrix is singular: the point could move along them. Rounding leaves a determinant
+    // of a few ε times the cube of the weights.
     let solvable = matrix.determinant() > 16.0 * Real::EPSILON * total * total * total;
     solvable.then(|| matrix.inverse() * right_side)
 }

@@ -9,7 +9,8 @@ use super::scalar::Real;
 /// The coarsest level with an error of at most `max_error_px` pixels, or 0, the finest, if there is none.
 ///
 /// `errors` are the geometric errors of the levels in scene units, finest first. `pixel_scale` is a
-/// bound over the object, such as [`Intrinsics::pixel_scale_over_sphere`].
+/// bound over the object, such as
+/// [`Intrinsics::pixel_scale_over_sphere`](crate::Intrinsics::pixel_scale_over_sphere).
 pub fn coarsest_level(errors: &[Real], pixel_scale: SphereBound, max_error_px: Real) -> usize {
     let SphereBound::Bounded(scale) = pixel_scale else {
         return 0;

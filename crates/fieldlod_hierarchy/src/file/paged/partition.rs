@@ -12,7 +12,7 @@ use crate::file::layout::SectionEntry;
 use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
-/// Bits of each coordinate in the Z-order key of a group.
+/// Bits of each coordinate in the Z-order key of a group: the most that fit into 32 bits.
 const AXIS_BITS: u32 = 10;
 
 /// Returns the table of contents of a mesh and its encoded pages.

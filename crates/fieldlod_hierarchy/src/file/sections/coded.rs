@@ -4,7 +4,8 @@ use crate::file::vertices::rows::{Prediction, Rows};
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot
-/// allocate much memory.
+/// allocate much memory. A smaller number pads more of the sections that compress well; a larger one
+/// lets malformed files allocate more.
 pub(crate) const MAX_PER_BYTE: u64 = 64;
 /// Memory of a group and its index.
 pub(crate) const GROUP_BYTES: usize = size_of::<Group>() + 4;

@@ -9,6 +9,8 @@ use crate::file::error::FileError;
 use crate::file::sections::border::Border;
 use crate::file::sections::numbers::{unzigzag, zigzag};
 
+/// Number of remembered edges and vertices, as in meshoptimizer's index codec. More entries take longer to search and
+/// need more bits per symbol; fewer entries find fewer shared edges.
 const EDGES: usize = 16;
 const RECENT: usize = 16;
 

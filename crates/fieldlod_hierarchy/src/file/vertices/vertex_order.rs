@@ -9,7 +9,8 @@ use crate::file::sections::numbers::{self, Kind, unzigzag, zigzag};
 use crate::file::vertices::rows::Prediction;
 
 const WHAT: &str = "the vertex order";
-/// Limit of the score of the two rules for source vertices.
+/// Limit of the score of the two rules for source vertices. With a larger limit, the choice follows a change of the
+/// order later; with a smaller one, single vertices switch it.
 const MAX_SCORE: i32 = 16;
 
 /// Predicts indices from earlier indices.

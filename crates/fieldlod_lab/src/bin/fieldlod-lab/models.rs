@@ -55,15 +55,12 @@ impl Model {
         let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
         let meshes = (import.primitives).chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index);
         let triangles = |primitives: &&[ImportedPrimitive]| {
-            let counts = primitives
-                .iter()
-                .map(|primitive| primitive.mesh.triangle_count());
+            let counts = primitives.iter().map(|it| it.mesh.triangle_count());
             counts.sum::<usize>()
         };
-        let largest = meshes
-            .max_by_key(triangles)
-            .ok_or_else(|| no_primitives(path))?;
-        let largest: Vec<&SourceMesh> = largest.iter().map(|primitive| &primitive.mesh).collect();
+        let largest = meshes.max_by_key(triangles);
+        let largest = largest.ok_or_else(|| no_primitives(path))?.iter();
+        let largest: Vec<&SourceMesh> = largest.map(|primitive| &primitive.mesh).collect();
         let baked = bake_together(&largest, config).into_iter();
         let baked = baked.map(|baked| Ok(baked.map_err(|error| self.failure(error))?.0));
         baked.collect()
@@ -103,10 +100,8 @@ impl Model {
             }
             Self::File(path) => {
                 let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
-                let meshes = import
-                    .primitives
-                    .into_iter()
-                    .map(|primitive| primitive.mesh);
+                let primitives = import.primitives.into_iter();
+                let meshes = primitives.map(|primitive| primitive.mesh);
                 let largest = meshes.max_by_key(SourceMesh::triangle_count);
                 Ok((largest.ok_or_else(|| no_primitives(path))?, None))
             }
@@ -122,18 +117,13 @@ fn no_primitives(path: &Path) -> Failure {
 fn source_mesh(hierarchy: &Hierarchy) -> SourceMesh {
     let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
-    let (count, vertices) = (hierarchy.source_vertex_count as usize, &hierarchy.vertices);
+    let vertices = hierarchy.source_vertices();
     let mut mesh = SourceMesh {
         indices: triangles.flatten().collect(),
         ..SourceMesh::default()
     };
-    mesh.positions = first(&vertices.positions, count);
-    mesh.normals = first(&vertices.normals, count);
-    mesh.uvs = first(&vertices.uvs, count);
+    mesh.positions = vertices.positions;
+    mesh.normals = vertices.normals;
+    mesh.uvs = vertices.uvs;
     mesh
-}
-
-/// The first values of an attribute, or none if the mesh lacks it.
-fn first<V: Copy>(values: &[V], count: usize) -> Vec<V> {
-    values.iter().take(count).copied().collect()
 }

@@ -66,21 +66,10 @@ fn run_promise(
     };
     bar.set_length(effort.cameras as u64);
     let measure = |object: &Object| {
-        let Object {
-            name,
-            ours,
-            clusterlods,
-        } = object;
+        let (name, levels) = (&object.name, [&object.ours, &object.clusterlods]);
         bar.set_message(name.clone());
         let progress = |done| bar.set_position(done as u64);
-        promise::measure(
-            name,
-            ours,
-            clusterlods,
-            stability::THRESHOLD_PX,
-            effort,
-            &progress,
-        )
+        promise::measure(name, levels, stability::THRESHOLD_PX, effort, &progress)
     };
     let runs: Vec<PromiseRun> = objects.iter().map(measure).collect();
     bar.finish_and_clear();

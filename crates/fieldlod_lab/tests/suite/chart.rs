@@ -1,7 +1,5 @@
 //! Tests of the chart of a small model.
 
-mod common;
-
 use std::cell::Cell;
 use std::fs;
 
@@ -12,6 +10,8 @@ use fieldlod_lab::chart::{
 use fieldlod_lab::method::Method;
 use fieldlod_lab::render::Renderer;
 use glam::UVec2;
+
+use crate::common::renderer;
 
 fn report(renderer: &Renderer) -> Report {
     let (mesh, config) = (fixtures::rock(5, 3), BakeConfig::fine_grained());
@@ -37,23 +37,20 @@ fn report(renderer: &Renderer) -> Report {
 /// The ratio of clusterlod is 1, and that of this project is smaller.
 #[test]
 fn ratios_are_relative_to_clusterlod() {
-    let Some((renderer, _lock)) = common::renderer() else {
+    let Some((renderer, _lock)) = renderer() else {
         return;
     };
     let report = report(&renderer);
     let ratio = |method| report.all.ratio(method, Measure::Rmse, 1.0).unwrap();
     assert!((ratio(Method::Clusterlod).mean - 1.0).abs() < 1e-9);
     assert_eq!(ratio(Method::Clusterlod).poses, 2);
-    assert!(
-        ratio(Method::Quality).mean < 1.0,
-        "{:?}",
-        ratio(Method::Quality)
-    );
+    let ours = ratio(Method::Quality);
+    assert!(ours.mean < 1.0, "{ours:?}");
 }
 
 #[test]
 fn chart_is_written_with_its_numbers() {
-    let Some((renderer, _lock)) = common::renderer() else {
+    let Some((renderer, _lock)) = renderer() else {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
@@ -69,7 +66,7 @@ fn chart_is_written_with_its_numbers() {
 
 #[test]
 fn error_names_the_folder_that_could_not_be_written() {
-    let Some((renderer, _lock)) = common::renderer() else {
+    let Some((renderer, _lock)) = renderer() else {
         return;
     };
     let file = tempfile::NamedTempFile::new().unwrap();

@@ -1,11 +1,11 @@
 //! In a small world, visible flux needs fewer triangles at equal error.
 
-mod common;
-
 use fieldlod_bake::fixtures;
 use fieldlod_lab::eye::Eye;
 use fieldlod_lab::scenes::{World, measure, table};
 use glam::{Affine3A, Vec2, Vec3};
+
+use crate::common::renderer;
 
 /// A large rock with small ones behind it, and one beside it.
 fn rocks_behind_rocks() -> World {
@@ -33,7 +33,7 @@ fn rocks_behind_rocks() -> World {
 
 #[test]
 fn visible_flux_needs_fewer_triangles_at_equal_error() {
-    let Some((renderer, _lock)) = common::renderer() else {
+    let Some((renderer, _lock)) = renderer() else {
         return;
     };
     let result = measure(&renderer, &rocks_behind_rocks()).unwrap();

@@ -6,11 +6,9 @@ use fieldlod_lab::stability::Fixture;
 fn measured(fixture: Fixture, effort: Effort) -> PromiseRun {
     let (ours, clusterlods) = (fixture.bake(), fixture.bake_by_clusterlod());
     let name = format!("{fixture:?}");
-    let run = promise::measure(&name, &ours, &clusterlods, 1.0, effort, &|_| ());
-    assert_eq!(
-        promise::table(std::slice::from_ref(&run)).lines().count(),
-        4
-    );
+    let run = promise::measure(&name, [&ours, &clusterlods], 1.0, effort, &|_| ());
+    let table = promise::table(std::slice::from_ref(&run));
+    assert_eq!(table.lines().count(), 4);
     run
 }
 

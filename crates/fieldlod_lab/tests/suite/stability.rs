@@ -21,12 +21,9 @@ fn verdict(case: &'static CaseResult, method: Method) -> &'static Verdict {
 fn guaranteed_passes_every_case_within_the_threshold() {
     for case in cases() {
         let verdict = verdict(case, Method::Guaranteed);
-        let name = case.case;
+        let (name, threshold_px) = (case.case, f64::from(REPORT.threshold_px));
         assert_eq!(verdict.faults, [], "{name}: {verdict:?}");
-        assert!(
-            verdict.max_px <= f64::from(REPORT.threshold_px),
-            "{name}: {verdict:?}"
-        );
+        assert!(verdict.max_px <= threshold_px, "{name}: {verdict:?}");
     }
 }
 
@@ -46,10 +43,8 @@ fn quality_is_closed_and_does_not_flip() {
 #[test]
 fn other_systems_fail_reported_cases() {
     for case in cases().filter(|case| !case.reported.is_empty()) {
-        let mut others = case
-            .verdicts
-            .iter()
-            .filter(|verdict| !matches!(verdict.method, Method::Quality | Method::Guaranteed));
+        let is_other = |method| !matches!(method, Method::Quality | Method::Guaranteed);
+        let mut others = case.verdicts.iter().filter(|it| is_other(it.method));
         let is_shown = others.any(|verdict| !verdict.faults.is_empty());
         assert_eq!(is_shown, case.case != "non-nested", "{case:?}");
     }
@@ -68,9 +63,7 @@ fn table_has_rows_of_cases_and_method_columns() {
     let table = stability::table(&REPORT.objects[0]);
     let mut lines = table.lines();
     let head = lines.next().unwrap();
-    assert!(
-        METHODS.iter().all(|method| head.contains(method.name())),
-        "{head}"
-    );
+    let mut names = METHODS.iter().map(|method| method.name());
+    assert!(names.all(|name| head.contains(name)), "{head}");
     assert_eq!(lines.count(), stability::cases().count());
 }

@@ -116,9 +116,9 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
-    /// How the bake of each of `primitives` went.
+    /// Results of the bake of each of `primitives`.
     bakes: Vec<PrimitiveBake>,
-    /// The same as lines of text.
+    /// The fallbacks of `bakes` as lines of text.
     #[serde(skip)]
     fallbacks: String,
     skipped: Vec<SkippedReport>,
@@ -396,7 +396,6 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        // One line for the file, then one line per fallback, skipped primitive and warning.
         let units: usize = self.primitives.iter().map(|p| p.units).sum();
         let levels = self.primitives.iter().map(|p| p.levels.len()).max();
         let mut text = format!(

@@ -13,12 +13,13 @@ use crate::import::{
     import_gltf, import_gltf_bytes,
 };
 use crate::levels::neighbours::meeting_vertices;
-use crate::mesh::SourceMesh;
+use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::together::bake_together_with_progress;
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 
-/// Primitives with at least this many triangles are drawn in units by default.
+/// Primitives with at least this many triangles are drawn in units by default, and are baked separately. Smaller
+/// primitives of one mesh are drawn as wholes, and change their levels together.
 const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
@@ -34,12 +35,12 @@ pub struct BakeOutcome {
     pub unread_images: Vec<UnreadImage>,
 }
 
-/// Imports a `.gltf` or `.glb` file and bakes all its primitives, several at a time.
+/// Imports a `.gltf` or `.glb` file and bakes all its primitives, in parallel.
 ///
 /// `progress` is called for every group, from several threads.
 ///
 /// # Errors
-/// Whatever [`import_gltf`] refuses, and a file without anything to bake. One faulty primitive among others is skipped.
+/// Those of [`import_gltf`], and a file without triangles. One faulty primitive among others is skipped.
 pub fn bake_file(
     path: &Path,
     config: &BakeConfig,
@@ -61,10 +62,10 @@ pub fn bake_file_bytes(
     bake_import(import_gltf_bytes(bytes, beside)?, config, progress)
 }
 
-/// [`bake_file`] for what was imported.
+/// [`bake_file`] for an imported file.
 ///
 /// # Errors
-/// A configuration that [`bake_mesh`](crate::bake_mesh) refuses, and a file without anything to bake.
+/// Those of [`bake_mesh`](crate::bake_mesh), and a file without triangles.
 pub fn bake_import(
     mut import: Import,
     config: &BakeConfig,
@@ -105,7 +106,7 @@ pub fn bake_import(
     })
 }
 
-/// The primitives with a skin or morph targets.
+/// Bakes the primitives with a skin or morph targets.
 fn bake_rigged_primitives(
     import: &Import,
     config: &BakeConfig,
@@ -113,23 +114,29 @@ fn bake_rigged_primitives(
 ) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
     let baked = bake_rigged(import, config).into_iter();
     let finished = baked.map(|(place, baked)| {
-        let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
-            place: place.clone(),
-            fault,
-        })?;
-        let triangles = hierarchy.source_triangle_count() as usize;
+        let finished = finish(&place, baked)?;
+        let triangles = finished.0.hierarchy.source_triangle_count() as usize;
         tracker.share_of(triangles).finish();
-        Ok((baked_primitive(&place, hierarchy), report))
+        Ok(finished)
     });
     finished.collect()
 }
 
-fn baked_primitive(place: &PrimitivePlace, hierarchy: Hierarchy) -> BakedPrimitive {
+/// The result of a bake with its place in the file.
+fn finish(
+    place: &PrimitivePlace,
+    baked: Result<(Hierarchy, BakeReport), MeshError>,
+) -> Result<(BakedPrimitive, BakeReport), ImportError> {
+    let (hierarchy, report) = baked.map_err(|fault| ImportError::Primitive {
+        place: place.clone(),
+        fault: fault.into(),
+    })?;
     let (mesh, index) = (place.mesh_index, place.primitive_index);
-    BakedPrimitive::new(mesh, index, &*place.name, hierarchy)
+    let primitive = BakedPrimitive::new(mesh, index, &*place.name, hierarchy);
+    Ok((primitive, report))
 }
 
-/// For each primitive, the vertices where it meets others: of the same mesh, or of meshes that nodes place alike.
+/// For each primitive, the vertices where it meets others of the same mesh, or of meshes with the same global transform.
 fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, primitive) in import.primitives.iter().enumerate() {
@@ -149,7 +156,7 @@ fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
     kept
 }
 
-/// The primitives of one glTF mesh.
+/// Bakes the primitives of one glTF mesh.
 fn bake_primitives(
     primitives: &[ImportedPrimitive],
     kept: &[Vec<bool>],
@@ -161,7 +168,6 @@ fn bake_primitives(
         .iter()
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
-    // Primitives that are drawn in units are baked separately.
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
     let config = &BakeConfig {
         together_below_triangles: if meshes.iter().any(is_large) {
@@ -175,15 +181,10 @@ fn bake_primitives(
         shares[mesh].add(count);
     });
     shares.iter().for_each(Share::finish);
-    let finished = primitives.iter().zip(baked).map(|(primitive, baked)| {
-        let place = &primitive.place;
-        let (hierarchy, report) = baked.map_err(|fault| ImportError::Mesh {
-            place: place.clone(),
-            fault,
-        })?;
-        Ok((baked_primitive(place, hierarchy), report))
-    });
-    finished.collect()
+    let finished = primitives.iter().zip(baked);
+    finished
+        .map(|(primitive, baked)| finish(&primitive.place, baked))
+        .collect()
 }
 
 fn nothing_to_bake(import: &Import) -> ImportError {

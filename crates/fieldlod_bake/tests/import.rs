@@ -28,12 +28,7 @@ fn square_with_all_attributes() -> (SourceMesh, GltfFile) {
     let tangents = file.add_floats(&numbers(4), "VEC4");
     let uvs_1 = file.add_floats(&numbers(2), "VEC2");
     let colors: Vec<u8> = (0..9).flat_map(|i| [i * 17, 0, 255, 0]).collect();
-    let colors = file.add_accessor(&colors, UNSIGNED_BYTE, "VEC3", 9);
-    let view = file.json["accessors"][colors]["bufferView"]
-        .as_u64()
-        .unwrap() as usize;
-    file.json["bufferViews"][view]["byteStride"] = json!(4);
-    file.json["accessors"][colors]["normalized"] = json!(true);
+    let colors = file.add_strided(&colors, UNSIGNED_BYTE, 4, true);
     let attributes = &mut file.primitive()["attributes"];
     attributes["TANGENT"] = json!(tangents);
     attributes["TEXCOORD_1"] = json!(uvs_1);
@@ -116,7 +111,10 @@ fn rejects_incomplete_attributes() {
         let (_, mut file) = square_with_all_attributes();
         file.accessor_of(name)["count"] = json!(8);
         let error = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap_err();
-        assert!(matches!(error, ImportError::Mesh { .. }), "{name}: {error}");
+        assert!(
+            matches!(error, ImportError::Primitive { .. }),
+            "{name}: {error}"
+        );
     }
 }
 
@@ -131,10 +129,8 @@ fn quantized_attributes_are_imported() {
         .iter()
         .flat_map(|v| [&shorts(v)[..], &[0]].concat());
     let bytes: Vec<u8> = bytes.flat_map(i16::to_le_bytes).collect();
-    let positions = add_strided(&mut file, &bytes, SHORT, 8, false);
-    let normals = add_strided(&mut file, &[0u8, 127, 0, 0].repeat(9), BYTE, 4, true);
-    file.json["accessors"][positions]["min"] = json!([0, 0, 0]);
-    file.json["accessors"][positions]["max"] = json!([0, 0, 0]);
+    let positions = file.add_strided(&bytes, SHORT, 8, false);
+    let normals = file.add_strided(&[0u8, 127, 0, 0].repeat(9), BYTE, 4, true);
     let attributes = &mut file.primitive()["attributes"];
     (attributes["POSITION"], attributes["NORMAL"]) = (json!(positions), json!(normals));
     let imported = import_one(&file.glb()).mesh;
@@ -150,16 +146,6 @@ fn quantized_attributes_are_imported() {
     assert_eq!(imported.positions[5].to_array(), expected);
 }
 
-fn add_strided(file: &mut GltfFile, bytes: &[u8], kind: u32, stride: usize, share: bool) -> usize {
-    let accessor = file.add_accessor(bytes, kind, "VEC3", bytes.len() / stride);
-    let view = file.json["accessors"][accessor]["bufferView"]
-        .as_u64()
-        .unwrap() as usize;
-    file.json["bufferViews"][view]["byteStride"] = json!(stride);
-    file.json["accessors"][accessor]["normalized"] = json!(share);
-    accessor
-}
-
 /// A mesh is baked in its local space, whatever the transforms of its nodes.
 #[test]
 fn node_transforms_are_not_applied() {
@@ -172,17 +158,6 @@ fn node_transforms_are_not_applied() {
     assert_eq!(import_one(&file.glb()).mesh, mesh);
 }
 
-/// Packs a view: the extension refers to the packed bytes, and the view itself refers to a buffer that does not exist.
-fn pack(file: &mut GltfFile, view: usize, extension: &str, packed: &[u8], mut object: Value) {
-    object["buffer"] = json!(0);
-    object["byteOffset"] = json!(file.binary.len());
-    object["byteLength"] = json!(packed.len());
-    file.binary.extend(packed);
-    let view = &mut file.json["bufferViews"][view];
-    view["buffer"] = json!(1);
-    view["extensions"] = json!({ extension: object });
-}
-
 fn packed_square(extension: &str) -> (SourceMesh, GltfFile) {
     let mut mesh = fixtures::plane(40);
     mesh.uvs.clear();
@@ -190,25 +165,18 @@ fn packed_square(extension: &str) -> (SourceMesh, GltfFile) {
     let (bytes, count) = (file.binary.clone(), mesh.positions.len());
     file.binary.clear();
     for view in 0..2 {
-        let floats: Vec<[u32; 3]> = bytes[view * count * 12..][..count * 12]
-            .as_chunks::<4>()
+        let vectors: Vec<[u8; 12]> = bytes[view * count * 12..][..count * 12]
+            .as_chunks()
             .0
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|words| words.map(u32::from_le_bytes))
-            .collect();
-        let packed = meshopt::encode_vertex_buffer(&floats).unwrap();
+            .to_vec();
+        let packed = meshopt::encode_vertex_buffer(&vectors).unwrap();
         let object = json!({ "byteStride": 12, "count": count, "mode": "ATTRIBUTES" });
         file.json["bufferViews"][view]["byteStride"] = json!(12);
-        pack(&mut file, view, extension, &packed, object);
+        file.pack(view, extension, &packed, object);
     }
     let packed = meshopt::encode_index_buffer(&mesh.indices, count).unwrap();
     let object = json!({ "byteStride": 4, "count": mesh.indices.len(), "mode": "TRIANGLES" });
-    pack(&mut file, 2, extension, &packed, object);
-    let fallback =
-        json!({ "byteLength": 1 << 20, "extensions": { extension: { "fallback": true } } });
-    file.json["buffers"] = json!([{ "byteLength": file.binary.len() }, fallback]);
+    file.pack(2, extension, &packed, object);
     file.json["extensionsRequired"] = json!([extension]);
     (mesh, file)
 }
@@ -240,11 +208,10 @@ fn filtered_views_are_imported() {
     let packed = meshopt::encode_vertex_buffer(&words).unwrap();
     let object = json!({ "byteStride": 12, "count": count, "mode": "ATTRIBUTES",
         "filter": "EXPONENTIAL" });
-    pack(&mut file, 0, "EXT_meshopt_compression", &packed, object);
+    file.pack(0, "EXT_meshopt_compression", &packed, object);
     let packed = meshopt::encode_index_sequence(&mesh.indices, count).unwrap();
     let object = json!({ "byteStride": 4, "count": mesh.indices.len(), "mode": "INDICES" });
-    pack(&mut file, 2, "EXT_meshopt_compression", &packed, object);
-    file.json["buffers"][0]["byteLength"] = json!(file.binary.len());
+    file.pack(2, "EXT_meshopt_compression", &packed, object);
     let imported = import_one(&file.glb()).mesh;
     assert_eq!(imported.indices, mesh.indices);
     for (imported, position) in imported.positions.iter().zip(&mesh.positions) {

@@ -35,7 +35,8 @@ pub(crate) struct Arguments {
     /// together with the unchanged glTF file.
     #[arg(long)]
     beside_source: bool,
-    /// Write a .fieldpages file, which is streamed in pages: for worlds that are larger than memory.
+    /// Write a .fieldpages file, which is streamed in pages: for worlds that are larger than memory. Pages cannot hold
+    /// skinned or morphed meshes.
     #[arg(long, conflicts_with = "beside_source")]
     pages: bool,
     /// Write a folder: the scene with its nodes, materials and small meshes, a .fieldpages file with the large
@@ -52,7 +53,8 @@ pub(crate) struct Arguments {
     /// of a terrain or parts of a kit, still meet at any level. Meshes of one file that meet keep meeting without.
     #[arg(long)]
     lock_borders: bool,
-    /// Other glTF files with animations of skinned meshes, for nodes with the same names.
+    /// Other glTF files with animations of skinned meshes, for nodes with the same names. Names of animated nodes must be
+    /// unique.
     #[arg(long, value_name = "FILE", num_args = 1..)]
     clips: Vec<PathBuf>,
     /// Fail if a primitive is faulty, rather than skip it with a warning.
@@ -116,9 +118,9 @@ struct Report {
     source_triangles: u64,
     coarsest_triangles: u64,
     primitives: Vec<PrimitiveSummary>,
-    /// How the bake of each of `primitives` went.
+    /// Results of the bake of each of `primitives`.
     bakes: Vec<PrimitiveBake>,
-    /// The same as lines of text.
+    /// The fallbacks of `bakes` as lines of text.
     #[serde(skip)]
     fallbacks: String,
     skipped: Vec<SkippedReport>,
@@ -396,7 +398,6 @@ impl Report {
     }
 
     fn text(&self) -> String {
-        // One line for the file, then one line per fallback, skipped primitive and warning.
         let units: usize = self.primitives.iter().map(|p| p.units).sum();
         let levels = self.primitives.iter().map(|p| p.levels.len()).max();
         let mut text = format!(

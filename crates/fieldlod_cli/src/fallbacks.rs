@@ -6,7 +6,7 @@ use fieldlod_bake::{BakeReport, Fallback, FallbackKind};
 use fieldlod_cli::output::thousands;
 use serde::Serialize;
 
-/// How the bake of one primitive went.
+/// Result of the bake of one primitive.
 #[derive(Debug, Serialize)]
 pub(crate) struct PrimitiveBake {
     mesh: u32,
@@ -51,7 +51,7 @@ impl PrimitiveBake {
     }
 }
 
-/// One line per kind of fallback, and one if the bake got stuck; each begins with a line break.
+/// One line per kind of fallback, and one if the bake is stuck. Each begins with a line break.
 pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
     let mut text = String::new();
     for kind in [
@@ -98,29 +98,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fallbacks_are_summed_up_by_kind() {
-        let step = |kind, from, to| Fallback {
+    fn fallbacks_of_a_kind_share_a_line() {
+        let step = |(kind, from, to)| Fallback {
             kind,
             group: 7,
             from,
             to,
         };
-        let mut report = BakeReport {
-            coarsest_triangles: 512,
-            fallbacks: vec![
-                step(FallbackKind::Pruned, 9_000, 4_000),
-                step(FallbackKind::Sloppy, 4_000, 2_000),
-                step(FallbackKind::Sloppy, 2_000, 512),
-            ],
+        let steps = [
+            (FallbackKind::Pruned, 9_000, 4_000),
+            (FallbackKind::Sloppy, 4_000, 2_000),
+            (FallbackKind::Sloppy, 2_000, 513),
+        ];
+        let report = BakeReport {
+            coarsest_triangles: 513,
+            fallbacks: steps.map(step).to_vec(),
             ..BakeReport::default()
         };
-        let text = fallback_lines("m", &report);
-        let lines: Vec<&str> = text.trim().lines().collect();
-        assert_eq!(lines.len(), 2, "{text}");
-        assert!(lines[0].ends_with("from 9,000 to 4,000 triangles"));
-        assert!(lines[1].ends_with("from 4,000 to 512 triangles"));
-        report.coarsest_triangles = 513;
-        let text = fallback_lines("m", &report);
-        assert!(text.ends_with("\nstuck: m: could not simplify below 513 triangles"));
+        let expected = "
+fallback: m: small components removed from 9,000 to 4,000 triangles
+fallback: m: vertices merged on a grid from 4,000 to 513 triangles
+stuck: m: could not simplify below 513 triangles";
+        assert_eq!(fallback_lines("m", &report), expected);
     }
 }

@@ -1,9 +1,8 @@
 //! The `fieldlod` command: bakes, inspects and verifies level-of-detail hierarchies.
 //!
-//! Results go to standard output, as text or with `--json` as one JSON object. Progress and errors
-//! go to standard error; an error is one line that names the file and its fault. The exit code is
-//! 1 for a failure and 2 for a wrong command line. A bake that
-//! skips faulty primitives succeeds, unless it is `--strict`.
+//! Results go to standard output, as text or with `--json` as one JSON object. Progress and errors go to standard error.
+//! An error is one line with the file and the cause. The exit code is 1 for a failure and 2 for a wrong command line. A
+//! bake that skips faulty primitives succeeds without `--strict`.
 
 mod bake;
 mod fallbacks;

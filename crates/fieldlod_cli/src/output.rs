@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-/// Why a command failed, in one line.
+/// The cause of a failed command, in one line.
 #[derive(Debug)]
 pub struct Failure(String);
 
@@ -34,7 +34,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure(line)) => {
-            // A file's name may hold a line end.
+            // File names may contain line ends.
             eprintln!("error: {}", line.replace(char::is_control, " "));
             ExitCode::FAILURE
         }
@@ -81,7 +81,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let temporary = temporary_name(path);
     let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     written.map_err(|error| {
-        // Best effort: the failure to report is the one above.
+        // Ignore a failure here. The one above is reported.
         let _ = fs::remove_file(&temporary);
         Failure::new(path, format!("could not be written: {error}"))
     })
@@ -95,7 +95,7 @@ fn temporary_name(path: &Path) -> PathBuf {
 fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create_new(path)?;
     file.write_all(bytes)?;
-    // Otherwise the new name may reach the disk before the contents.
+    // Otherwise the new name may be written to disk before the contents.
     file.sync_all()
 }
 

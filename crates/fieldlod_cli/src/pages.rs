@@ -6,7 +6,7 @@ use fieldlod_cli::output::{bytes_text, thousands};
 use fieldlod_hierarchy::{FORMAT_VERSION, FileError, PagedFile, PagedMesh};
 use serde::Serialize;
 
-/// A file in numbers. Every page was read and checked.
+/// Numbers of a file. Every page was read and checked.
 #[derive(Debug, Serialize)]
 pub(crate) struct PagesReport {
     file: String,

@@ -1,10 +1,11 @@
-//! Whether rounded positions are fine enough for the triangles.
+//! Warnings for quantized positions that are too coarse for the triangles.
 
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 
 use crate::summary::PrimitiveSummary;
 
-/// A grid is too coarse above this share of the median edge.
+/// A grid is too coarse if its step is above this share of the median edge. Triangles then change visibly in shape and
+/// normal; below it, the step is about a pixel if an edge fills the screen.
 const COARSE: f32 = 1e-3;
 
 /// The median length of the edges of each primitive's source.
@@ -30,11 +31,11 @@ fn median_edge(hierarchy: &Hierarchy) -> f32 {
     *lengths.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
-/// A line for each primitive whose positions are rounded to a grid that is coarse beside its `edges`.
+/// A line for each primitive with a step that is too coarse for its median edge in `edges`.
 pub(crate) fn coarse_grids(file: &BakedFile, edges: &[f32]) -> impl Iterator<Item = String> {
     let pairs = file.primitives.iter().zip(edges);
     let line = |(primitive, edge): (&BakedPrimitive, &f32)| {
-        // A position moves by half the diagonal of a cell at most.
+        // The error is at most half the diagonal of a cell.
         let step = primitive.position_error_in_local * 2.0 / 3f32.sqrt();
         let title = PrimitiveSummary::of(primitive).title();
         (step > edge * COARSE).then(|| {

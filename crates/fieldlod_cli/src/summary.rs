@@ -3,7 +3,7 @@
 use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
 use serde::Serialize;
 
-/// One primitive, in numbers.
+/// Numbers of one primitive.
 #[derive(Debug, Serialize)]
 pub(crate) struct PrimitiveSummary {
     pub(crate) mesh: u32,
@@ -13,7 +13,7 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) source_vertices: u32,
     /// Whether the file leaves them out.
     pub(crate) source_vertices_left_out: bool,
-    /// Vertices that simplification made.
+    /// Vertices created by simplification.
     pub(crate) moved_vertices: u32,
     /// The distance of the file's positions from the source's; 0 in a lossless file.
     pub(crate) position_error_in_local: f32,
@@ -27,12 +27,12 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) levels: Vec<LevelSummary>,
 }
 
-/// The groups of one level, and what they consume.
+/// Numbers of one level.
 #[derive(Debug, Serialize)]
 pub(crate) struct LevelSummary {
     pub(crate) level: u32,
     pub(crate) groups: usize,
-    /// Groups with nothing coarser above them.
+    /// Groups without a simplification.
     pub(crate) terminal_groups: usize,
     pub(crate) units: usize,
     pub(crate) triangles: u64,
@@ -90,7 +90,7 @@ impl PrimitiveSummary {
         }
     }
 
-    /// The primitive's place in the file, with its name if it has one.
+    /// The place of the primitive in the file, with its name if it has one.
     pub(crate) fn title(&self) -> String {
         let Self {
             mesh, primitive, ..

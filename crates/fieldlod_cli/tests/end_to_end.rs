@@ -4,69 +4,31 @@ mod common;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
-use common::{glb, grid, parts};
+use common::{FLOAT, Glb, assert_fails, fieldlod, output, push, text};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-fn fieldlod(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
-        .args(arguments)
-        .output()
-        .unwrap()
-}
-
-fn text(path: &Path) -> &str {
-    path.to_str().unwrap()
-}
-
-/// Runs a command that must succeed, and returns its output.
-fn output(arguments: &[&str]) -> String {
-    let output = fieldlod(arguments);
-    assert!(output.status.success(), "{output:?}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
 /// Writes a flat grid of `2 · cells²` triangles, and its vertices as points.
 fn grid_glb(folder: &Path, cells: u32) -> PathBuf {
-    let [positions, indices] = grid(cells);
-    let count = positions.len() / 12;
-    let normals = [0.0f32, 1.0, 0.0]
-        .map(f32::to_le_bytes)
-        .concat()
-        .repeat(count);
-    let (p, i) = (positions.len(), indices.len());
-    let json = json!({
-        "asset": { "version": "2.0" },
-        "buffers": [{ "byteLength": p + p + i }],
-        "bufferViews": [
-            { "buffer": 0, "byteOffset": 0, "byteLength": p },
-            { "buffer": 0, "byteOffset": p, "byteLength": p },
-            { "buffer": 0, "byteOffset": p + p, "byteLength": i },
-        ],
-        "accessors": [
-            { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count,
-              "min": [0, 0, 0], "max": [cells, 0, cells] },
-            { "bufferView": 1, "componentType": 5126, "type": "VEC3", "count": count },
-            { "bufferView": 2, "componentType": 5125, "type": "SCALAR", "count": i / 4 },
-        ],
-        "meshes": [{ "name": "grid", "primitives": [
-            { "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2 },
-            { "attributes": { "POSITION": 0, "NORMAL": 1 }, "mode": 0 },
-        ] }],
-    });
+    let mut file = Glb::new();
+    let mut grid = file.add_grid(cells);
+    let count = ((cells + 1) * (cells + 1)) as usize;
+    let up = [0.0f32, 1.0, 0.0].map(f32::to_le_bytes).concat();
+    grid["attributes"]["NORMAL"] = json!(file.add(&up.repeat(count), FLOAT, "VEC3", count));
+    let points = json!({ "attributes": grid["attributes"], "mode": 0 });
+    file.json["meshes"] = json!([{ "name": "grid", "primitives": [grid, points] }]);
     let path = folder.join("grid.glb");
-    fs::write(&path, glb(&json, &[positions, normals, indices].concat())).unwrap();
+    file.write(&path);
     path
 }
 
 /// Changes the JSON of a file.
 fn change(path: &Path, change: impl FnOnce(&mut Value)) {
-    let bytes = fs::read(path).unwrap();
-    let (mut json, binary) = parts(&bytes);
-    change(&mut json);
-    fs::write(path, glb(&json, binary)).unwrap();
+    let mut file = Glb::read(path);
+    change(&mut file.json);
+    file.write(path);
 }
 
 #[test]
@@ -148,37 +110,29 @@ fn verify_passes_a_bake_and_rejects_another_mesh() {
     assert_eq!(report["primitives"][0]["cuts"], 200);
 
     grid_glb(folder.path(), 47);
-    let verify = fieldlod(&["verify", text(&input), text(&file)]);
-    assert_eq!(verify.status.code(), Some(1));
-    let shown = String::from_utf8(verify.stdout).unwrap();
-    let expected = "FAILED: it was baked from another mesh";
-    assert!(shown.contains(expected), "{shown}");
+    assert_verify_fails(&input, &file, "it was baked from another mesh");
 }
 
-/// Runs a command that must fail with one line that names the file and contains `fault`.
-fn assert_fails(arguments: &[&str], file: &Path, fault: &str) {
-    let output = fieldlod(arguments);
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
-    assert!(output.stdout.is_empty(), "{output:?}");
-    let shown = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(shown.lines().count(), 1, "{shown}");
-    let start = format!("error: {}: ", file.display());
-    assert!(
-        shown.starts_with(&start) && shown.contains(fault),
-        "{shown}"
-    );
+fn assert_verify_fails(input: &Path, file: &Path, fault: &str) {
+    let verify = fieldlod(&["verify", text(input), text(file)]);
+    assert_eq!(verify.status.code(), Some(1));
+    let shown = String::from_utf8(verify.stdout).unwrap();
+    assert!(shown.contains(&format!("FAILED: {fault}")), "{shown}");
 }
 
 #[test]
 fn rejects_bad_input_files_in_one_line() {
     let folder = TempDir::new().unwrap();
-    let whole = fs::read(grid_glb(folder.path(), 4)).unwrap();
-    let mut nan = whole.clone();
-    let position = nan.len() - 4 * 4 * 6 * 4 - 25 * 24;
-    nan[position..position + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    let mut index = whole.clone();
-    let last = index.len() - 4;
-    index[last..].copy_from_slice(&25u32.to_le_bytes());
+    let path = grid_glb(folder.path(), 4);
+    let whole = fs::read(&path).unwrap();
+    let with_bytes = |offset: usize, bytes: [u8; 4]| {
+        let mut file = Glb::read(&path);
+        file.binary[offset..offset + 4].copy_from_slice(&bytes);
+        file.write(&folder.path().join("changed.glb"));
+        fs::read(folder.path().join("changed.glb")).unwrap()
+    };
+    let nan = with_bytes(0, f32::NAN.to_le_bytes());
+    let index = with_bytes(25 * 12 + 95 * 4, 25u32.to_le_bytes());
     for (name, bytes, fault) in [
         ("empty.glb", &b""[..], "the file is empty"),
         ("text.glb", b"hello", "not a glTF file"),
@@ -358,94 +312,55 @@ fn wrong_command_lines_exit_with_2() {
 }
 
 #[test]
-fn faulty_primitives_are_skipped_unless_the_bake_is_strict() {
+fn faulty_primitives_are_skipped_unless_strict() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 32);
     // A second primitive whose triangles are no whole number.
     change(&input, |json| {
-        let good = json["meshes"][0]["primitives"][0].clone();
-        let mut indices = json["accessors"][2].clone();
+        let mut indices = json["accessors"][1].clone();
         indices["count"] = json!(3 * 64 - 1);
-        json["accessors"].as_array_mut().unwrap().push(indices);
-        let mut bad = good;
-        bad["indices"] = json!(3);
-        json["meshes"][0]["primitives"]
-            .as_array_mut()
-            .unwrap()
-            .push(bad);
+        let mut bad = json["meshes"][0]["primitives"][0].clone();
+        bad["indices"] = json!(push(&mut json["accessors"], indices));
+        push(&mut json["meshes"][0]["primitives"], bad);
     });
     let output = folder.path().join("grid.fieldlod");
-    let strict = fieldlod(&["bake", "--strict", text(&input)]);
-    assert_eq!(strict.status.code(), Some(1));
-    let said = String::from_utf8(strict.stderr).unwrap();
-    assert!(
-        said.contains("primitive 2: the number of indices, 191, is not a multiple of 3"),
-        "{said}"
-    );
+    let fault = "primitive 2: the number of indices, 191, is not a multiple of 3";
+    assert_fails(&["bake", "--strict", text(&input)], &input, fault);
     assert!(!output.exists());
-    let bake = fieldlod(&["bake", text(&input)]);
-    assert!(bake.status.success(), "{bake:?}");
-    let said = String::from_utf8(bake.stdout).unwrap();
-    assert!(
-        said.contains("primitive 2: the number of indices, 191, is not a multiple of 3"),
-        "{said}"
-    );
-    let verify = fieldlod(&["verify", text(&input), text(&output)]);
-    assert!(verify.status.success(), "{verify:?}");
+    let shown = self::output(&["bake", text(&input)]);
+    assert!(shown.contains(fault), "{shown}");
+    self::output(&["verify", text(&input), text(&output)]);
 }
 
 #[test]
-fn coarse_grids_of_rounded_positions_are_told_of() {
+fn coarse_grids_of_quantized_positions_are_reported() {
     let folder = TempDir::new().unwrap();
     for (cells, is_coarse) in [(8, false), (100, true)] {
         let input = grid_glb(folder.path(), cells);
-        let bake = fieldlod(&["bake", "--quantize", text(&input)]);
-        assert!(bake.status.success(), "{bake:?}");
-        let said = String::from_utf8(bake.stdout).unwrap();
-        assert_eq!(said.contains("of the median edge"), is_coarse, "{said}");
+        let shown = output(&["bake", "--quantize", text(&input)]);
+        assert_eq!(shown.contains("of the median edge"), is_coarse, "{shown}");
     }
 }
 
 /// The grid with two joints, of which the second bends its right half. Its weight at the last vertex is `last`.
 fn skinned_glb(folder: &Path, last: f32) -> PathBuf {
-    let path = grid_glb(folder, 24);
-    let bytes = fs::read(&path).unwrap();
-    let (mut json, binary) = parts(&bytes);
-    let mut binary = binary.to_vec();
+    let mut file = Glb::read(&grid_glb(folder, 24));
     let count = 25 * 25;
-    let weights = (0..count).map(|vertex| {
-        if vertex + 1 == count {
-            last
-        } else {
-            f32::from(u8::from(vertex / 25 > 12))
-        }
-    });
-    let weights = weights.flat_map(|weight| [1.0 - weight, weight, 0.0, 0.0]);
-    let joints = [0u8, 1, 0, 0].repeat(count);
-    let added: [Vec<u8>; 2] = [joints, weights.flat_map(f32::to_le_bytes).collect()];
-    for (bytes, kind) in added.iter().zip([5121, 5126]) {
-        binary.resize(binary.len().next_multiple_of(4), 0);
-        let list = |json: &mut Value, name: &str, value: Value| {
-            let list = json[name].as_array_mut().unwrap();
-            list.push(value);
-            list.len() - 1
-        };
-        let view = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": bytes.len() });
-        let view = list(&mut json, "bufferViews", view);
-        let accessor =
-            json!({ "bufferView": view, "componentType": kind, "type": "VEC4", "count": count });
-        list(&mut json, "accessors", accessor);
-        binary.extend(bytes);
-    }
-    let attributes = &mut json["meshes"][0]["primitives"][0]["attributes"];
-    attributes["JOINTS_0"] = json!(3);
-    attributes["WEIGHTS_0"] = json!(4);
-    json["buffers"][0]["byteLength"] = json!(binary.len());
-    json["skins"] = json!([{ "joints": [1, 2] }]);
-    json["nodes"] =
+    let weight = |vertex: usize| f32::from(u8::from(vertex / 25 > 12));
+    let mut weights: Vec<f32> = (0..count).map(weight).collect();
+    weights[count - 1] = last;
+    let weights = weights.iter().flat_map(|w| [1.0 - w, *w, 0.0, 0.0]);
+    let weights: Vec<u8> = weights.flat_map(f32::to_le_bytes).collect();
+    let joints = file.add(&[0u8, 1, 0, 0].repeat(count), 5121, "VEC4", count);
+    let weights = file.add(&weights, FLOAT, "VEC4", count);
+    let attributes = &mut file.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["JOINTS_0"] = json!(joints);
+    attributes["WEIGHTS_0"] = json!(weights);
+    file.json["skins"] = json!([{ "joints": [1, 2] }]);
+    file.json["nodes"] =
         json!([{ "mesh": 0, "skin": 0 }, { "name": "a", "children": [2] }, { "name": "b" }]);
     let path = folder.join("skinned.glb");
-    fs::write(&path, glb(&json, &binary)).unwrap();
+    file.write(&path);
     path
 }
 
@@ -467,21 +382,11 @@ fn verify_checks_skinned_meshes_in_poses() {
     let number = |value: &Value| value.as_f64().unwrap();
     let share = number(&posed["share"]);
     assert!(share > 0.1 && share <= 1.0, "{report}");
-    let bounds: Vec<f64> = posed["bounds"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(number)
-        .collect();
+    let bounds = [0, 1, 2].map(|angle| number(&posed["bounds"][angle]));
     assert!(bounds.is_sorted() && bounds[0] > 0.0, "{report}");
 
     skinned_glb(folder.path(), 0.5);
-    let verify = fieldlod(&["verify", text(&input), text(&file)]);
-    let shown = String::from_utf8(verify.stdout).unwrap();
-    assert!(
-        shown.contains("FAILED: it was baked from another mesh"),
-        "{shown}"
-    );
+    assert_verify_fails(&input, &file, "it was baked from another mesh");
 }
 
 #[test]

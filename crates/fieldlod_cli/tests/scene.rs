@@ -3,128 +3,90 @@
 mod common;
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use common::{glb, grid, parts};
+use common::{FLOAT, Glb, assert_fails, grid, output, text};
 use fieldlod_bake::import_gltf;
 use fieldlod_hierarchy::{BakedFile, PagedFile};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-fn bake(input: &Path, folder: &Path) -> Output {
-    let arguments = ["bake", "--scene", "--preset", "fast", "-o"];
-    Command::new(env!("CARGO_BIN_EXE_fieldlod"))
-        .args(arguments)
-        .args([folder, input])
-        .output()
-        .unwrap()
+fn arguments<'a>(input: &'a Path, folder: &'a Path) -> [&'a str; 7] {
+    let (input, folder) = (text(input), text(folder));
+    ["bake", "--scene", "--preset", "fast", "-o", folder, input]
+}
+
+fn bake(input: &Path, folder: &Path) -> String {
+    output(&arguments(input, folder))
 }
 
 const IMAGE: &[u8] = b"contents of an image";
 
 /// A scene of a large and a small grid, an animation and an image.
-fn scene() -> (Value, Vec<u8>) {
-    let ([large, large_indices], [small, small_indices]) = (grid(128), grid(20));
-    let times: Vec<u8> = [0.0f32, 1.0].iter().flat_map(|t| t.to_le_bytes()).collect();
-    let moves: Vec<u8> = [0.0f32; 6].iter().flat_map(|t| t.to_le_bytes()).collect();
-    let parts = [
-        large,
-        large_indices,
-        IMAGE.to_vec(),
-        small,
-        small_indices,
-        times,
-        moves,
-    ];
-    let (mut binary, mut views) = (Vec::new(), Vec::new());
-    for part in &parts {
-        views.push(json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": part.len() }));
-        binary.extend(part);
-        binary.resize(binary.len().next_multiple_of(4), 0);
-    }
-    let floats = |view: usize, kind: &str, most: u32| {
-        let width = if kind == "VEC3" { 12 } else { 4 };
-        json!({ "bufferView": view, "componentType": 5126, "type": kind, "count": parts[view].len() / width,
-            "min": [0, 0, 0], "max": [most, 0, most] })
-    };
-    let indices = |view: usize| json!({ "bufferView": view, "componentType": 5125, "type": "SCALAR", "count": parts[view].len() / 4 });
+fn scene() -> Glb {
+    let mut file = Glb::new();
+    let (mut large, small) = (file.add_grid(128), file.add_grid(20));
+    large["material"] = json!(0);
+    large["extras"] = json!({ "of": "the game" });
+    let times = [0.0f32, 1.0].map(f32::to_le_bytes).concat();
+    let times = file.add(&times, FLOAT, "SCALAR", 2);
+    let moves = file.add(&[0; 24], FLOAT, "VEC3", 2);
+    let image = file.add_view(IMAGE);
     let json = json!({
-        "asset": { "version": "2.0" },
-        "buffers": [{ "byteLength": binary.len() }],
-        "bufferViews": views,
-        "accessors": [
-            floats(0, "VEC3", 128), indices(1), floats(3, "VEC3", 20), indices(4),
-            { "bufferView": 5, "componentType": 5126, "type": "SCALAR", "count": 2, "min": [0], "max": [1] },
-            floats(6, "VEC3", 0),
-        ],
-        "images": [{ "bufferView": 2, "mimeType": "image/png" }],
+        "images": [{ "bufferView": image, "mimeType": "image/png" }],
         "textures": [{ "source": 0 }],
         "materials": [{ "name": "stone", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
-        "meshes": [
-            { "name": "ground", "primitives": [
-                { "attributes": { "POSITION": 0 }, "indices": 1, "material": 0, "extras": { "of": "the game" } },
-            ] },
-            { "name": "tile", "primitives": [{ "attributes": { "POSITION": 2 }, "indices": 3 }] },
-        ],
+        "meshes": [{ "name": "ground", "primitives": [large] }, { "name": "tile", "primitives": [small] }],
         "nodes": [{ "mesh": 0, "translation": [1, 2, 3], "children": [1] }, { "mesh": 1, "name": "door", "translation": [0, 5, 0] }],
         "animations": [{
             "channels": [{ "sampler": 0, "target": { "node": 1, "path": "translation" } }],
-            "samplers": [{ "input": 4, "output": 5 }],
+            "samplers": [{ "input": times, "output": moves }],
         }],
         "scenes": [{ "nodes": [0] }],
         "scene": 0,
     });
-    (json, binary)
+    let all = file.json.as_object_mut().unwrap();
+    all.extend(json.as_object().unwrap().clone());
+    file
+}
+
+/// A folder, the path of a scene in it, and a path for its bake.
+fn paths() -> (TempDir, PathBuf, PathBuf) {
+    let folder = TempDir::new().unwrap();
+    let [input, output] = ["world.glb", "world"].map(|name| folder.path().join(name));
+    (folder, input, output)
 }
 
 #[test]
 fn scene_keeps_everything_except_large_meshes() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
-    let (json, binary) = scene();
-    fs::write(&input, glb(&json, &binary)).unwrap();
-    let baked = bake(&input, &output);
-    assert!(baked.status.success(), "{baked:?}");
+    let (_folder, input, output) = paths();
+    let mut source = scene();
+    source.write(&input);
+    bake(&input, &output);
 
-    let bytes = fs::read(output.join("world.glb")).unwrap();
-    let (written, data) = parts(&bytes);
-    for kept in ["nodes", "materials", "scenes", "textures"] {
-        assert_eq!(written[kept], json[kept], "{kept}");
+    let written = Glb::read(&output.join("world.glb"));
+    let (json, old) = (&written.json, &source.json);
+    for kept in ["nodes", "materials", "scenes", "textures", "animations"] {
+        assert_eq!(json[kept], old[kept], "{kept}");
     }
-    let ground = &written["meshes"][0]["primitives"][0];
-    assert_eq!(
-        (&ground["material"], &ground["extras"]["of"]),
-        (&json!(0), &json!("the game"))
-    );
+    let ground = &json["meshes"][0]["primitives"][0];
+    assert_eq!(ground["material"], 0);
     let place =
         json!({ "pages": "world.fieldpages", "mesh": 0, "primitive": 0, "triangles": 32_768 });
-    assert_eq!(ground["extras"]["fieldlod"], place);
-    let times = written["animations"][0]["samplers"][0]["input"]
-        .as_u64()
-        .unwrap();
-    let times = &written["accessors"][times as usize];
-    assert_eq!((&times["count"], &times["max"]), (&json!(2), &json!([1])));
-    let image = written["images"][0]["bufferView"].as_u64().unwrap() as usize;
-    let view = &written["bufferViews"][image];
-    let start = view["byteOffset"].as_u64().unwrap() as usize;
-    assert_eq!(&data[start..start + IMAGE.len()], IMAGE);
-    assert!(
-        data.len() * 10 < binary.len(),
-        "{} of {}",
-        data.len(),
-        binary.len()
-    );
+    let extras = json!({ "of": "the game", "fieldlod": place });
+    assert_eq!(ground["extras"], extras);
+    let times = old["animations"][0]["samplers"][0]["input"].as_u64();
+    let times = times.unwrap() as usize;
+    assert_eq!(json["accessors"][times], old["accessors"][times]);
+    assert_eq!(written.view(&json["images"][0]["bufferView"]), IMAGE);
+    let sizes = [written.binary.len(), source.binary.len()];
+    assert!(sizes[0] * 10 < sizes[1], "{sizes:?}");
 
     // The large mesh is its coarsest level, and the small mesh is unchanged.
-    let again = import_gltf(&output.join("world.glb")).unwrap();
-    let triangles: Vec<usize> = again
-        .primitives
-        .iter()
-        .map(|p| p.mesh.triangle_count())
-        .collect();
-    assert!(triangles[0] < 100, "{triangles:?}");
-    assert_eq!(triangles[1], 800);
+    let again = import_gltf(&output.join("world.glb")).unwrap().primitives;
+    let triangles = [0, 1].map(|index: usize| again[index].mesh.triangle_count());
+    assert!(triangles[0] < 100 && triangles[1] == 800, "{triangles:?}");
     let pages = fs::read(output.join("world.fieldpages")).unwrap();
     let pages = PagedFile::from_contents(&pages).unwrap();
     assert_eq!(pages.meshes[0].graph.source_triangle_count(), 32_768);
@@ -136,31 +98,26 @@ fn scene_keeps_everything_except_large_meshes() {
 
 #[test]
 fn scene_errors_name_the_file() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (folder.path().join("world.glb"), folder.path().join("world"));
-    let (mut json, binary) = scene();
-    json["images"] = json!([{ "uri": "../stone.png" }]);
-    fs::write(&input, glb(&json, &binary)).unwrap();
-    let baked = bake(&input, &output);
-    let said = String::from_utf8(baked.stderr).unwrap();
-    assert!(said.contains("stone.png: could not be copied"), "{said}");
-    // The folder of the source.
-    let (json, binary) = scene();
-    fs::write(&input, glb(&json, &binary)).unwrap();
-    let baked = bake(&input, folder.path());
-    let said = String::from_utf8(baked.stderr).unwrap();
-    assert!(said.contains("would overwrite"), "{said}");
+    let (folder, input, output) = paths();
+    let mut file = scene();
+    file.write(&input);
+    let fault = "would overwrite the file it is baked from";
+    assert_fails(&arguments(&input, folder.path()), &input, fault);
+    file.json["images"] = json!([{ "uri": "../stone.png" }]);
+    file.write(&input);
+    let image = folder.path().join("../stone.png");
+    let fault = "could not be copied: it is outside the folder of the scene";
+    assert_fails(&arguments(&input, &output), &image, fault);
 }
 
 /// Simulates a full disk: no file can grow beyond 32 kB.
 #[cfg(unix)]
 #[test]
 fn full_disk_leaves_no_partial_files() {
-    let folder = TempDir::new().unwrap();
-    let input = folder.path().join("world.glb");
-    let (mut json, binary) = scene();
-    json["images"] = json!([{ "uri": "stone.png" }]);
-    fs::write(&input, glb(&json, &binary)).unwrap();
+    let (folder, input, _) = paths();
+    let mut file = scene();
+    file.json["images"] = json!([{ "uri": "stone.png" }]);
+    file.write(&input);
     fs::write(folder.path().join("stone.png"), vec![7; 100_000]).unwrap();
     let full = |arguments: &[&str], output: &Path| {
         let limited = "trap '' XFSZ; ulimit -f 64; exec \"$@\"";
@@ -199,163 +156,115 @@ fn full_disk_leaves_no_partial_files() {
     }
 }
 
-/// A scene of one grid as programs that pack files write it: quantized, and with meshopt's codec.
-fn packed_scene(folder: &Path) -> std::path::PathBuf {
-    let cells = 40;
+/// Writes a grid with quantized and compressed positions.
+fn write_packed_scene(path: &Path, cells: u32) {
     let side = cells + 1;
-    let corners = (0..side * side).map(|i| [(i / side) as i16, 0, (i % side) as i16, 0]);
-    let words: Vec<[u32; 2]> = corners
-        .map(|[x, y, z, w]| [[x, y], [z, w]].map(|[a, b]| a as u32 | (b as u32) << 16))
-        .collect();
-    let [_, indices] = grid(cells);
-    let (indices, _) = indices.as_chunks::<4>();
-    let indices: Vec<u32> = indices
-        .iter()
-        .map(|bytes| u32::from_le_bytes(*bytes))
-        .collect();
-    let positions = meshopt::encode_vertex_buffer(&words).unwrap();
-    let packed_indices = meshopt::encode_index_buffer(&indices, words.len()).unwrap();
-    let view = |offset: usize, bytes: &[u8], stride: usize, count: usize, mode: &str| {
-        json!({ "buffer": 1, "byteOffset": 0, "byteLength": count * stride, "extensions": {
-            "EXT_meshopt_compression": { "buffer": 0, "byteOffset": offset, "byteLength": bytes.len(),
-                "byteStride": stride, "count": count, "mode": mode } } })
-    };
-    let padded = positions.len().next_multiple_of(4);
-    let mut binary = positions.clone();
-    binary.resize(padded, 0);
-    binary.extend(&packed_indices);
-    let mut of_positions = view(0, &positions, 8, words.len(), "ATTRIBUTES");
-    of_positions["byteStride"] = json!(8);
+    let corners = (0..side * side).map(|i| [i / side, i % side]);
+    let words: Vec<[u32; 2]> = corners.collect();
+    let packed = meshopt::encode_vertex_buffer(&words).unwrap();
+    let mut file = Glb::new();
+    let mut grid = file.add_grid(cells);
+    let view = file.add_view(&packed);
+    let mut place = file.json["bufferViews"][view].clone();
+    place["mode"] = json!("ATTRIBUTES");
+    (place["byteStride"], place["count"]) = (json!(8), json!(words.len()));
+    file.json["bufferViews"][view] = json!({ "buffer": 1, "byteLength": words.len() * 8,
+        "byteStride": 8, "extensions": { "EXT_meshopt_compression": place } });
+    let positions = json!({ "bufferView": view, "componentType": 5122, "type": "VEC3",
+        "count": words.len(), "min": [0, 0, 0], "max": [cells, 0, cells] });
+    grid["attributes"]["POSITION"] = json!(common::push(&mut file.json["accessors"], positions));
     let names = json!(["EXT_meshopt_compression", "KHR_mesh_quantization"]);
-    let json = json!({
-        "asset": { "version": "2.0" },
-        "extensionsRequired": names, "extensionsUsed": names,
-        "buffers": [{ "byteLength": binary.len() }, { "byteLength": words.len() * 8 + indices.len() * 4,
-            "extensions": { "EXT_meshopt_compression": { "fallback": true } } }],
-        "bufferViews": [of_positions, view(padded, &packed_indices, 4, indices.len(), "TRIANGLES")],
-        "accessors": [
-            { "bufferView": 0, "componentType": 5122, "type": "VEC3", "count": words.len(),
-                "min": [0, 0, 0], "max": [cells, 0, cells] },
-            { "bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": indices.len() },
-        ],
-        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
-        "nodes": [{ "mesh": 0, "scale": [0.01, 0.01, 0.01] }],
-        "scenes": [{ "nodes": [0] }],
-        "scene": 0,
-    });
-    let path = folder.join("packed.glb");
-    fs::write(&path, glb(&json, &binary)).unwrap();
-    path
+    (file.json["extensionsRequired"], file.json["extensionsUsed"]) = (names.clone(), names);
+    let fallback = json!({ "EXT_meshopt_compression": { "fallback": true } });
+    file.json["buffers"] = json!([{ "byteLength": file.binary.len() },
+        { "byteLength": words.len() * 8, "extensions": fallback }]);
+    file.json["meshes"] = json!([{ "primitives": [grid] }]);
+    file.json["nodes"] = json!([{ "mesh": 0, "scale": [0.01, 0.01, 0.01] }]);
+    file.write(path);
 }
 
 #[test]
-fn a_packed_scene_becomes_one_that_bevy_reads() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (packed_scene(folder.path()), folder.path().join("out"));
-    let baked = bake(&input, &output);
-    assert!(baked.status.success(), "{baked:?}");
-    let bytes = fs::read(output.join("packed.glb")).unwrap();
-    let (json, _) = parts(&bytes);
+fn packed_scenes_become_readable_for_bevy() {
+    let (_folder, input, output) = paths();
+    write_packed_scene(&input, 40);
+    bake(&input, &output);
+    let scene = output.join("world.glb");
+    let json = Glb::read(&scene).json;
     assert!(json.get("extensionsRequired").is_none() && json.get("extensionsUsed").is_none());
-    assert_eq!(json["accessors"][0]["componentType"], 5126);
+    let positions = &json["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+    let positions = &json["accessors"][positions.as_u64().unwrap() as usize];
+    assert_eq!(positions["componentType"], FLOAT);
     assert_eq!(json["nodes"][0]["scale"], json!([0.01, 0.01, 0.01]));
     // The levels are those of the meshes in the scene.
-    let scene = import_gltf(&output.join("packed.glb")).unwrap();
-    let levels = fs::read(output.join("packed.fieldlod")).unwrap();
+    let mesh = &import_gltf(&scene).unwrap().primitives[0].mesh;
+    let levels = fs::read(output.join("world.fieldlod")).unwrap();
     let levels = BakedFile::from_bytes_beside_source(&levels).unwrap();
-    let mesh = &scene.primitives[0].mesh;
-    assert_eq!(
-        levels.find(0, 0).unwrap().hierarchy.source,
-        mesh.source_hash()
-    );
+    let baked = &levels.find(0, 0).unwrap().hierarchy;
+    assert_eq!(baked.source, mesh.source_hash());
     assert_eq!(mesh.triangle_count(), 3_200);
 }
 
 #[test]
-fn images_come_along_by_any_name_and_a_missing_one_is_refused_before_the_bake() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (folder.path().join("world.glb"), folder.path().join("out"));
-    let (mut json, binary) = scene();
-    json["images"] = json!([{ "uri": "my%20picture.png" }, { "uri": "./dot.png" }, { "uri": "DATA:image/png;base64,AA==" }]);
-    fs::write(&input, glb(&json, &binary)).unwrap();
+fn images_are_copied_with_the_scene() {
+    let (folder, input, output) = paths();
+    let mut file = scene();
+    file.json["images"] = json!([{ "uri": "my%20picture.png" }, { "uri": "./dot.png" }, { "uri": "DATA:image/png;base64,AA==" }]);
+    file.write(&input);
     fs::write(folder.path().join("dot.png"), IMAGE).unwrap();
-    let baked = bake(&input, &output);
-    let said = String::from_utf8(baked.stderr).unwrap();
-    assert!(said.contains("my picture.png"), "{said}");
-    assert!(!output.exists(), "a refusal leaves no folder");
-    fs::write(folder.path().join("my picture.png"), IMAGE).unwrap();
-    let baked = bake(&input, &output);
-    assert!(baked.status.success(), "{baked:?}");
+    let missing = folder.path().join("my picture.png");
+    assert_fails(&arguments(&input, &output), &missing, "No such file");
+    assert!(!output.exists(), "an error leaves no folder");
+    fs::write(missing, IMAGE).unwrap();
+    bake(&input, &output);
     for name in ["my picture.png", "dot.png"] {
         assert_eq!(fs::read(output.join(name)).unwrap(), IMAGE, "{name}");
     }
 }
 
 #[test]
-fn accessors_that_extensions_name_keep_their_numbers() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (folder.path().join("world.glb"), folder.path().join("out"));
-    let (mut json, binary) = scene();
+fn accessors_of_extensions_keep_their_indices() {
+    let (_folder, input, output) = paths();
+    let mut file = scene();
     // Outlines of both meshes, as CESIUM_primitive_outline names them.
     for mesh in 0..2 {
-        let indices = json["meshes"][mesh]["primitives"][0]["indices"].clone();
-        json["meshes"][mesh]["primitives"][0]["extensions"] =
-            json!({ "CESIUM_primitive_outline": { "indices": indices } });
+        let primitive = &mut file.json["meshes"][mesh]["primitives"][0];
+        let outline = json!({ "indices": primitive["indices"] });
+        primitive["extensions"] = json!({ "CESIUM_primitive_outline": outline });
     }
-    fs::write(&input, glb(&json, &binary)).unwrap();
-    let baked = bake(&input, &output);
-    assert!(baked.status.success(), "{baked:?}");
-    let said = String::from_utf8(baked.stdout).unwrap();
-    assert!(said.contains("CESIUM_primitive_outline"), "{said}");
-    let bytes = fs::read(output.join("world.glb")).unwrap();
-    let (written, data) = parts(&bytes);
-    let large = &written["meshes"][0]["primitives"][0];
-    assert_eq!(large["extensions"], json!({}));
-    let small = &written["meshes"][1]["primitives"][0];
-    assert_eq!(small, &json["meshes"][1]["primitives"][0]);
-    let [accessor, source] = [&written, &json].map(|json| json["accessors"][3].clone());
-    assert_eq!(accessor, source);
-    let view = &written["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
-    let start = view["byteOffset"].as_u64().unwrap() as usize;
-    let length = view["byteLength"].as_u64().unwrap() as usize;
-    assert_eq!(data[start..start + length], grid(20)[1]);
+    file.write(&input);
+    let shown = bake(&input, &output);
+    assert!(shown.contains("CESIUM_primitive_outline"), "{shown}");
+    let written = Glb::read(&output.join("world.glb"));
+    let primitive = |json: &Value, mesh: usize| json["meshes"][mesh]["primitives"][0].clone();
+    assert_eq!(primitive(&written.json, 0)["extensions"], json!({}));
+    let small = primitive(&written.json, 1);
+    assert_eq!(small, primitive(&file.json, 1));
+    let index = small["indices"].as_u64().unwrap() as usize;
+    let accessor = &written.json["accessors"][index];
+    assert_eq!(accessor, &file.json["accessors"][index]);
+    assert_eq!(written.view(&accessor["bufferView"]), grid(20)[1]);
 }
 
 #[test]
 fn stand_ins_keep_all_attributes() {
-    let folder = TempDir::new().unwrap();
-    let (input, output) = (folder.path().join("world.glb"), folder.path().join("out"));
-    let (mut json, mut binary) = scene();
+    let (_folder, input, output) = paths();
+    let mut file = scene();
+    let count = 129 * 129;
     for (name, kind, width) in [
         ("TEXCOORD_1", "VEC2", 2),
         ("TANGENT", "VEC4", 4),
         ("COLOR_0", "VEC4", 4),
     ] {
-        let count = 129 * 129;
-        let floats: Vec<u8> = [1.0f32]
-            .repeat(count * width)
-            .iter()
-            .flat_map(|x| x.to_le_bytes())
-            .collect();
-        let view = json["bufferViews"].as_array().unwrap().len();
-        let accessor = json["accessors"].as_array().unwrap().len();
-        let place = json!({ "buffer": 0, "byteOffset": binary.len(), "byteLength": floats.len() });
-        json["bufferViews"].as_array_mut().unwrap().push(place);
-        let place =
-            json!({ "bufferView": view, "componentType": 5126, "type": kind, "count": count });
-        json["accessors"].as_array_mut().unwrap().push(place);
-        json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
-        binary.extend(floats);
+        let floats = 1f32.to_le_bytes().repeat(count * width);
+        let accessor = file.add(&floats, FLOAT, kind, count);
+        file.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
     }
-    json["buffers"][0]["byteLength"] = json!(binary.len());
-    fs::write(&input, glb(&json, &binary)).unwrap();
-    let baked = bake(&input, &output);
-    assert!(baked.status.success(), "{baked:?}");
-    let mesh = &import_gltf(&output.join("world.glb")).unwrap().primitives[0].mesh;
+    file.write(&input);
+    bake(&input, &output);
+    let scene = import_gltf(&output.join("world.glb")).unwrap();
+    let mesh = &scene.primitives[0].mesh;
     let count = mesh.positions.len();
     assert!(count < 200, "{count}");
-    assert_eq!(
-        [mesh.uvs_1.len(), mesh.tangents.len(), mesh.colors.len()],
-        [count; 3]
-    );
+    let counts = [mesh.uvs_1.len(), mesh.tangents.len(), mesh.colors.len()];
+    assert_eq!(counts, [count; 3]);
 }

@@ -12,14 +12,16 @@
 //! apart, if joints do not stretch. A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most
 //! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are those above one of them but not the other.
 
+use std::collections::BTreeMap;
+
 use glam::{Vec3, Vec4};
 
 use super::character::Character;
-use super::deviation::{Sample, Sides};
+use super::deviation::{Sample, nearest_pairs};
 use crate::import::Import;
 use crate::import::rig::ancestors;
 
-/// For a pair of near points: their distance in the bind pose, and by how much it can grow per `2 sin(θ/2)`.
+/// The distance of two points in the bind pose, and by how much it can grow per `2 sin(θ/2)`.
 type Growth = (f32, f32);
 
 /// For each angle, a bound for the distances of samples of a level from the source and back. Morph targets are at 0.
@@ -30,7 +32,7 @@ pub(super) fn bounds<const N: usize>(
     degrees: [f32; N],
 ) -> [f32; N] {
     let skeleton = Skeleton::of(character, import);
-    let pairs = Sides::of(character, level).nearest_pairs(character);
+    let pairs = nearest_pairs(character, level);
     let growths: Vec<Growth> = pairs.iter().map(|pair| skeleton.growth(pair)).collect();
     degrees.map(|degrees| {
         let chord = 2.0 * (degrees.to_radians() * 0.5).sin();
@@ -41,9 +43,9 @@ pub(super) fn bounds<const N: usize>(
 
 struct Skeleton<'a> {
     character: &'a Character<'a>,
-    /// The place of each joint in the bind pose.
+    /// The position of each joint in the bind pose.
     pivots: Vec<Vec3>,
-    /// Each joint and the joints that it is attached to.
+    /// Each joint with the joints above it.
     chains: Vec<Vec<u16>>,
 }
 
@@ -67,43 +69,38 @@ impl<'a> Skeleton<'a> {
         }
     }
 
-    /// How far two points can get apart.
+    /// The distance of two points, and by how much it can grow.
     fn growth(&self, [x, y]: &[Sample; 2]) -> Growth {
         let positions = &self.character.mesh.positions;
         let near = x.position(positions).distance(y.position(positions));
-        let mut moments: Vec<(u16, Vec4, f32)> = Vec::new();
+        // Of each joint, the difference of the moments, and the weight of both points.
+        let mut moments: BTreeMap<u16, (Vec4, f32)> = BTreeMap::new();
         for (sample, sign) in [(x, 1.0), (y, -1.0)] {
             for (&corner, share) in sample.corners.iter().zip(sample.weights.to_array()) {
                 let influences = self.character.influences.get(corner as usize);
                 for &(joint, weight) in influences.into_iter().flatten() {
-                    let moment = positions[corner as usize].extend(1.0) * (share * weight);
-                    match moments.iter_mut().find(|(other, ..)| *other == joint) {
-                        Some((_, sum, of_x)) => {
-                            *sum += moment * sign;
-                            *of_x += share * weight;
-                        }
-                        None => moments.push((joint, moment * sign, share * weight)),
-                    }
+                    let (moment, sum) = moments.entry(joint).or_default();
+                    let share = share * weight;
+                    *moment += positions[corner as usize].extend(1.0) * (share * sign);
+                    *sum += share;
                 }
             }
         }
-        let strongest = moments.iter().max_by(|a, b| a.2.total_cmp(&b.2));
-        let Some(&(strongest, ..)) = strongest else {
+        // Any joint may be the reference. The strongest one leaves the smallest moments.
+        let strongest = moments.iter().max_by(|a, b| a.1.1.total_cmp(&b.1.1));
+        let Some((&strongest, _)) = strongest else {
             return (near, 0.0);
         };
-        let growths = moments.iter().map(|(joint, moment, _)| {
-            let (own, other) = (self.chain(*joint), self.chain(strongest));
+        let growths = moments.iter().map(|(&joint, (moment, _))| {
+            let [own, other] = [joint, strongest].map(|joint| &self.chains[usize::from(joint)]);
             let of_own = own.iter().filter(|joint| !other.contains(joint));
             let between = of_own.chain(other.iter().filter(|joint| !own.contains(joint)));
-            let reach = |joint: &u16| {
-                (moment.truncate() - self.pivots[usize::from(*joint)] * moment.w).length()
-            };
-            between.map(reach).sum::<f32>()
+            let arms = between.map(|joint| {
+                let pivot = self.pivots[usize::from(*joint)];
+                (moment.truncate() - pivot * moment.w).length()
+            });
+            arms.sum::<f32>()
         });
         (near, growths.sum())
-    }
-
-    fn chain(&self, joint: u16) -> &[u16] {
-        &self.chains[usize::from(joint)]
     }
 }

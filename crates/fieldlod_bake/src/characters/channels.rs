@@ -1,4 +1,4 @@
-//! What the poses do to the vertices, in a few numbers a vertex that the simplifier can weigh.
+//! Principal components of posed positions, as vertex attributes for the simplifier.
 //!
 //! The posed positions of a vertex are three numbers per pose. Their principal components are found by orthogonal
 //! iteration. Distances between vertices in a few components are nearly those between their posed positions.
@@ -7,8 +7,10 @@ use fieldlod_hierarchy::Random;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Components. 6 give nearly all.
+/// Components per vertex. 6 describe nearly all of the motion of the characters measured; 12 leave room for others.
+/// The simplifier takes time and memory for each.
 pub(super) const CHANNELS: usize = 12;
+/// Iterations. The largest components converge first, and an inexact basis only mixes components.
 const ITERATIONS: usize = 8;
 
 /// For each vertex, [`CHANNELS`] components of its positions in all `poses`, in local units.
@@ -38,7 +40,7 @@ pub(super) fn channels(poses: &[Vec<Vec3>]) -> Vec<[f32; CHANNELS]> {
     projected
 }
 
-/// The components of each row.
+/// Multiplies rows by axes: the components of each row.
 fn project(rows: &[f32], axes: &[[f32; CHANNELS]]) -> Vec<[f32; CHANNELS]> {
     let of_row = |row: &[f32]| {
         let mut sum = [0.0; CHANNELS];
@@ -52,7 +54,7 @@ fn project(rows: &[f32], axes: &[[f32; CHANNELS]]) -> Vec<[f32; CHANNELS]> {
     rows.par_chunks(axes.len().max(1)).map(of_row).collect()
 }
 
-/// The rows times their components.
+/// Multiplies the transposed rows by their components.
 fn back(rows: &[f32], projected: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; CHANNELS]> {
     let mut axes = vec![[0.0; CHANNELS]; width];
     for (row, components) in rows.chunks(width.max(1)).zip(projected) {
@@ -65,7 +67,7 @@ fn back(rows: &[f32], projected: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; 
     axes
 }
 
-/// Makes the columns unit vectors at right angles, by Gram and Schmidt. A column that the others span becomes zero.
+/// Makes the columns orthonormal by the Gram-Schmidt process. A column that depends on others becomes zero.
 fn orthonormalize(axes: &mut [[f32; CHANNELS]]) {
     for column in 0..CHANNELS {
         let length = |axes: &[[f32; CHANNELS]]| {

@@ -12,8 +12,8 @@ use super::poses::Pose;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Samples on the whole source, apart from corners. They set the spacing on all levels. Four times as many find
-/// hardly larger distances and take four times as long.
+/// Samples on the whole source, apart from corners. They determine the spacing on all levels. More samples find larger
+/// distances between corners, and cost time in proportion.
 const SAMPLES: f32 = 4096.0;
 /// Rows of samples on one triangle at most, so that one large triangle among small ones does not take all the time.
 const MOST_ROWS: u32 = 12;
@@ -30,14 +30,14 @@ const COPY_STEP: f32 = 1.0 / 65_536.0;
 /// The distances of a level from its source, in both directions, over all poses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Distances {
-    /// The largest of each component of the source. Those far below the largest of all may be larger than the truth.
+    /// The largest distance of each component of the source. Those far below the largest of all may be too large.
     pub(super) of_components: Vec<f32>,
-    /// The root of the mean square in the pose where it is largest.
+    /// The root mean square in the pose where it is largest.
     pub rms: f32,
 }
 
 impl Distances {
-    /// The largest of all components.
+    /// The largest distance of all components.
     #[must_use]
     pub fn max(&self) -> f32 {
         self.of_components.iter().copied().fold(0.0, f32::max)
@@ -93,7 +93,7 @@ impl Surface {
     }
 }
 
-/// Measures levels of a character, given by their triangles.
+/// Measures levels of a character in poses. A level is a list of triangles.
 #[must_use]
 pub fn distances(
     character: &Character<'_>,
@@ -126,34 +126,19 @@ pub fn distances(
     levels.into_iter().map(|level| level.distances).collect()
 }
 
-/// Source and level in the bind pose.
-pub(super) struct Sides {
-    source: Surface,
-    level: Surface,
-}
-
-impl Sides {
-    pub(super) fn of(character: &Character<'_>, level: &[[u32; 3]]) -> Self {
-        let surface =
-            |triangles| Surface::of(triangles, &character.mesh.positions, spacing(character));
-        Self {
-            source: surface(character.triangles()),
-            level: surface(level),
-        }
-    }
-
-    /// The samples of each side, and the nearest places of the other.
-    pub(super) fn nearest_pairs(&self, character: &Character<'_>) -> Vec<[Sample; 2]> {
-        let positions = &character.mesh.positions;
-        let sides = [(&self.source, &self.level), (&self.level, &self.source)];
-        let pairs = sides.into_iter().flat_map(|(from, to)| {
-            let pair = |sample: &Sample| {
-                Some([*sample, to.nearest(sample.position(positions), positions)?])
-            };
-            from.samples.iter().filter_map(pair)
-        });
-        pairs.collect()
-    }
+/// The samples of source and level in the bind pose, each with the nearest place on the other.
+pub(super) fn nearest_pairs(character: &Character<'_>, level: &[[u32; 3]]) -> Vec<[Sample; 2]> {
+    let positions = &character.mesh.positions;
+    let surface = |triangles| Surface::of(triangles, positions, spacing(character));
+    let (source, level) = (surface(character.triangles()), surface(level));
+    let pairs = [(&source, &level), (&level, &source)].map(|(from, to)| {
+        let pair = |sample: &Sample| {
+            let nearest = to.nearest(sample.position(positions), positions)?;
+            Some([*sample, nearest])
+        };
+        from.samples.iter().filter_map(pair).collect::<Vec<_>>()
+    });
+    pairs.concat()
 }
 
 fn spacing(character: &Character<'_>) -> f32 {
@@ -171,53 +156,46 @@ struct Measured {
 impl Measured {
     fn measure(&mut self, source: &Surface, positions: &[Vec3], component: &[u32]) {
         self.surface.pose(positions);
-        let posed = Posed {
-            positions,
-            component,
-        };
         let (own, farthest) = (&self.surface, &mut self.distances.of_components);
-        let a = posed.search(&source.samples, &own.tree, &mut self.from_source, farthest);
-        let b = posed.search(&own.samples, &source.tree, &mut self.from_level, farthest);
-        self.distances.rms = self.distances.rms.max(a.max(b));
-    }
-}
-
-struct Posed<'a> {
-    positions: &'a [Vec3],
-    component: &'a [u32],
-}
-
-impl Posed<'_> {
-    /// Raises the `farthest` distance of samples of each component from a surface. Returns the root of their mean square.
-    fn search(
-        &self,
-        samples: &[Sample],
-        tree: &TriangleTree,
-        found: &mut [Option<NearestTriangle>],
-        farthest: &mut [f32],
-    ) -> f32 {
-        let (mut sum, mut count) = (0.0f64, 0);
-        let ignored = farthest.iter().copied().fold(0.0, f32::max) * IGNORED;
-        for (index, (sample, found)) in samples.iter().zip(found).enumerate() {
-            let component = self.component[sample.corners[0] as usize] as usize;
-            let is_exact = index % EXACT_STEP == 0;
-            let enough = if is_exact {
-                0.0
-            } else {
-                farthest[component].max(ignored)
-            };
-            *found = tree.near_enough(sample.position(self.positions), enough * enough, *found);
-            let Some(found) = found else {
-                continue;
-            };
-            farthest[component] = farthest[component].max(found.distance_squared.sqrt());
-            if is_exact {
-                sum += f64::from(found.distance_squared);
-                count += 1;
-            }
+        let sides = [
+            (source, own, &mut self.from_source),
+            (own, source, &mut self.from_level),
+        ];
+        for (from, to, found) in sides {
+            let samples = from.samples.iter().map(|sample| {
+                let component = component[sample.corners[0] as usize] as usize;
+                (sample.position(positions), component)
+            });
+            let rms = search(samples, &to.tree, found, farthest);
+            self.distances.rms = self.distances.rms.max(rms);
         }
-        (sum / f64::from(count.max(1))).sqrt() as f32
     }
+}
+
+/// Raises the `farthest` distance of each component to that of its samples. Returns the root mean square of exact distances.
+fn search(
+    samples: impl Iterator<Item = (Vec3, usize)>,
+    tree: &TriangleTree,
+    found: &mut [Option<NearestTriangle>],
+    farthest: &mut [f32],
+) -> f32 {
+    let (mut sum, mut count) = (0.0f64, 0);
+    let ignored = farthest.iter().copied().fold(0.0, f32::max) * IGNORED;
+    for (index, ((position, component), found)) in samples.zip(found).enumerate() {
+        let farthest = &mut farthest[component];
+        let is_exact = index % EXACT_STEP == 0;
+        let enough = if is_exact { 0.0 } else { farthest.max(ignored) };
+        *found = tree.near_enough(position, enough * enough, *found);
+        let Some(found) = found else {
+            continue;
+        };
+        *farthest = farthest.max(found.distance_squared.sqrt());
+        if is_exact {
+            sum += f64::from(found.distance_squared);
+            count += 1;
+        }
+    }
+    (sum / f64::from(count.max(1))).sqrt() as f32
 }
 
 /// The corners of triangles, with copies of a triangle shifted. A tree keeps only one of several equal triangles, but

@@ -1,12 +1,12 @@
-//! Simplification of a whole character, which knows what the poses do.
+//! Simplification of a whole character with respect to its poses.
 //!
 //! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared change
 //! of an attribute, so their weight is
 //! ```text
 //! k / (extent √P) · √(N / 6A)
 //! ```
-//! with P poses, N triangles to keep, and the area A in squares of the extent. A triangle's worth of area then counts as
-//! much as a displacement of a vertex.
+//! with P poses, N triangles to keep, and the area A in squares of the extent. The area of one triangle then counts as much
+//! as the displacement of a vertex.
 
 use bytemuck::NoUninit;
 use glam::Vec3;
@@ -21,12 +21,12 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{SourceMesh, adapter};
 
-/// How to simplify.
+/// Parameters of a simplification.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
-    /// How strongly poses count against shape.
+    /// Weight of poses relative to shape. 0 ignores poses.
     pub(super) strength: f32,
-    /// Whether seams of textures stay.
+    /// Protects vertices at texture seams.
     pub(super) keeps_seams: bool,
 }
 
@@ -34,11 +34,11 @@ pub(super) struct Way {
 pub(super) struct Simplifier<'a> {
     character: &'a Character<'a>,
     vertices: LevelVertices,
-    /// The vertices of flat triangles, by the one that stands for them.
+    /// The vertices of flat triangles that are welded, by the first of them.
     flat_vertices: FxHashMap<u32, Vec<u32>>,
-    /// The vertices where parts meet. Without protection, triangles would span two parts.
+    /// Protects the vertices where parts meet. Otherwise triangles would span two parts.
     between_parts: Vec<SimplifyVertex>,
-    /// Triangles of vertices that stand for others.
+    /// Triangles with welded vertices.
     indices: Vec<u32>,
     channels: Vec<[f32; CHANNELS]>,
     /// The weight of channels for one triangle to keep and a strength of 1.
@@ -108,7 +108,7 @@ impl<'a> Simplifier<'a> {
             .collect()
     }
 
-    /// The triangle with those of the vertices that are one whose normals are nearest to its own.
+    /// Replaces welded vertices of flat triangles by those with normals nearest to that of the triangle.
     fn facing(&self, triangle: [u32; 3]) -> [u32; 3] {
         let corners = triangle.map(|v| self.character.mesh.positions[v as usize]);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -133,7 +133,7 @@ fn between_parts(vertices: &LevelVertices) -> Vec<SimplifyVertex> {
     is_between.map(lock).collect()
 }
 
-/// The vertices of flat triangles, by the one that stands for them.
+/// The vertices of flat triangles, by the vertex that they are welded to.
 fn flat_vertices(character: &Character<'_>, first: &[u32]) -> FxHashMap<u32, Vec<u32>> {
     let mut alike: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
     if character.mesh.normals.is_empty() {
@@ -152,7 +152,7 @@ fn flat_vertices(character: &Character<'_>, first: &[u32]) -> FxHashMap<u32, Vec
     alike
 }
 
-/// Gives vertices of flat triangles the mean normals of the triangles there.
+/// Gives vertices of flat triangles the mean normals of adjacent triangles. Otherwise every edge would be a hard edge.
 fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32]) {
     let flat = character
         .parts
@@ -175,9 +175,9 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
     }
 }
 
-/// The levels of a character as other tools make them: each primitive by itself, in the bind pose, with normals and regular
-/// triangles. Collapses across seams are allowed, or most characters would stop at a quarter of their triangles. Level `k` is
-/// simplified to `ratio` to the power of `k`.
+/// The levels of a character as other tools make them: each primitive separately, in the bind pose, with normals and
+/// `Regularize`. Collapses across seams are allowed; otherwise most characters would stop at a quarter of their triangles.
+/// Level `k` is simplified to `ratio` to the power of `k`.
 #[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {
@@ -215,8 +215,8 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
     (1..=count).map(|k| level(ratio.powi(k as i32))).collect()
 }
 
-/// The indices of a character in which vertices that look and move alike are one. So are those that differ by their normals,
-/// if no triangles share any: such normals are those of the triangles.
+/// For each vertex, the first vertex with the same attributes and rig. Normals are ignored if every triangle has its own
+/// vertices, because they are then the normals of the triangles.
 fn welded(character: &Character<'_>) -> Vec<u32> {
     let mesh = &character.mesh;
     let mut firsts: FxHashMap<Vec<u8>, u32> = FxHashMap::default();

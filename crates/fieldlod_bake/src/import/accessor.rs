@@ -5,8 +5,9 @@ use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, buffer::View};
 
 use super::buffers::Buffers;
-use super::error::AccessorFault;
+use super::error::{AccessorFault, PrimitiveFault};
 use super::format::{Component, little_endian};
+use crate::mesh::MeshError;
 
 /// Largest number of vertices or indices of a mesh.
 const MAX_ELEMENTS: usize = u32::MAX as usize / 2;
@@ -20,7 +21,7 @@ const MAX_ZEROS: usize = 1 << 24;
 ///
 /// # Panics
 /// If the accessor has more than `N` components.
-pub(super) fn read_vectors<const N: usize>(
+fn read_vectors<const N: usize>(
     accessor: &Accessor<'_>,
     buffers: &Buffers,
     blank: [f32; N],
@@ -39,6 +40,41 @@ pub(super) fn read_vectors<const N: usize>(
     let mut zero = blank;
     zero[..components].fill(0.0);
     read_elements(accessor, buffers, zero, only, &decode)
+}
+
+/// Reads attributes of a primitive, with one vector for each vertex.
+#[derive(Clone, Copy)]
+pub(super) struct VertexReader<'a> {
+    pub(super) buffers: &'a Buffers,
+    pub(super) vertex_count: usize,
+    /// Indices of the vertices to read, ascending. All vertices if `None`.
+    pub(super) only: Option<&'a [u32]>,
+}
+
+impl VertexReader<'_> {
+    /// Number of vertices that are read.
+    pub(super) fn count(&self) -> usize {
+        self.only.map_or(self.vertex_count, <[u32]>::len)
+    }
+
+    /// As [`read_vectors`]. Faults name the `attribute`.
+    pub(super) fn read<const N: usize>(
+        &self,
+        accessor: &Accessor<'_>,
+        blank: [f32; N],
+        attribute: &'static str,
+    ) -> Result<Vec<[f32; N]>, PrimitiveFault> {
+        let (count, vertices) = (accessor.count(), self.vertex_count);
+        if count != vertices {
+            return Err(PrimitiveFault::Mesh(MeshError::AttributeCount {
+                attribute,
+                count,
+                vertices,
+            }));
+        }
+        let vectors = read_vectors(accessor, self.buffers, blank, self.only);
+        vectors.map_err(PrimitiveFault::accessor(attribute))
+    }
 }
 
 /// Reads numbers of any format and shape, in the order of the elements.

@@ -1,4 +1,4 @@
-//! The bytes behind a document's buffers.
+//! Bytes of the buffers of a document.
 
 use std::collections::HashMap;
 
@@ -12,18 +12,18 @@ use super::ReadBeside;
 use super::error::{BufferFault, ImportError};
 use super::meshopt_views;
 
-/// Characters of a URI in a message.
+/// Characters of a URI in a message. Data URIs may have megabytes.
 const MOST_SHOWN: usize = 120;
 
-/// The bytes behind buffer views.
+/// The bytes of all buffer views.
 pub(super) struct Buffers {
     buffers: Vec<Vec<u8>>,
-    /// By view: those that were packed.
+    /// Decoded bytes of compressed views, by the index of the view.
     unpacked: HashMap<usize, Vec<u8>>,
 }
 
 impl Buffers {
-    /// Loads every buffer and unpacks every packed view.
+    /// Reads every buffer and decodes every compressed view.
     pub(super) fn load(
         document: &Document,
         blob: Option<&[u8]>,
@@ -40,7 +40,7 @@ impl Buffers {
         Ok(Self { buffers, unpacked })
     }
 
-    /// The bytes of `view`; `None` if they are not all there.
+    /// The bytes of `view`. `None` if it ends outside its buffer.
     pub(super) fn view(&self, view: &View<'_>) -> Option<&[u8]> {
         if let Some(bytes) = self.unpacked.get(&view.index()) {
             return Some(bytes);
@@ -71,8 +71,8 @@ fn unpack_views(
     Ok(unpacked)
 }
 
-/// Whether `buffer` only stands in for readers that cannot unpack, and has no bytes.
-fn is_stand_in(buffer: &gltf::Buffer<'_>) -> bool {
+/// Returns `true` for a buffer without bytes, which is a fallback for readers that do not support compression.
+fn is_empty_fallback(buffer: &gltf::Buffer<'_>) -> bool {
     let names = meshopt_views::EXTENSIONS.iter();
     let mut objects = names.filter_map(|name| buffer.extension_value(name));
     let fallback = objects.any(|object| object.get("fallback") == Some(&true.into()));
@@ -84,10 +84,9 @@ fn load_one(
     blob: Option<&[u8]>,
     beside: &ReadBeside<'_>,
 ) -> Result<Vec<u8>, BufferFault> {
-    if is_stand_in(buffer) {
+    if is_empty_fallback(buffer) {
         return Ok(Vec::new());
     }
-    // In the file itself, in its JSON, or beside it.
     let bytes = match buffer.source() {
         Source::Bin => blob.ok_or(BufferFault::NoBinaryChunk)?.to_vec(),
         Source::Uri(uri) => read_uri(uri, beside)?,
@@ -99,7 +98,7 @@ fn load_one(
     Ok(bytes)
 }
 
-/// The bytes in a data URI, or those of a file `beside`.
+/// The bytes of a data URI or of a file `beside`.
 pub(super) fn read_uri(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
     match data_of(uri) {
         Some(data) => decode_data_uri(data),
@@ -107,13 +106,13 @@ pub(super) fn read_uri(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, Bu
     }
 }
 
-/// What follows the scheme of a data URI, in whichever case it is written.
+/// The part of a data URI after the scheme. The case of the scheme is ignored.
 pub(super) fn data_of(uri: &str) -> Option<&str> {
     let (scheme, data) = uri.split_at_checked("data:".len())?;
     scheme.eq_ignore_ascii_case("data:").then_some(data)
 }
 
-/// As much of a URI as fits a message.
+/// The start of a URI, for messages.
 fn shortened(uri: &str) -> String {
     match uri.char_indices().nth(MOST_SHOWN) {
         Some((end, _)) => format!("{}…", &uri[..end]),

@@ -1,4 +1,4 @@
-//! From a file's bytes to a glTF document that is safe to walk.
+//! Parses the bytes of a file into a valid glTF document.
 
 use std::collections::HashMap;
 
@@ -8,17 +8,21 @@ use gltf::{Document, Semantic};
 use serde_json::{Value, json};
 
 use super::error::ImportError;
+use super::format::little_endian;
 use super::meshopt_views;
+use super::rig::{Node, ancestors};
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 const GLB_MAGIC: &[u8] = b"glTF";
 const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
 const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
-/// A file's document, its animations, which the document does not hold, and the binary chunk if it is a GLB.
+/// The contents of a file.
 pub(super) struct Read<'a> {
     pub(super) document: Document,
+    /// The animations, which the document lacks.
     pub(super) animations: Value,
+    /// The binary chunk of a GLB.
     pub(super) blob: Option<&'a [u8]>,
 }
 
@@ -73,12 +77,10 @@ pub(super) fn glb_of(json: &Value, binary: &[u8]) -> Vec<u8> {
     .concat()
 }
 
-/// The JSON and binary chunks of a GLB. Chunks of other types are passed over, as the
-/// specification asks.
+/// The JSON and binary chunks of a GLB. Chunks of other types are ignored, as the specification demands.
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
     let mut rest = bytes;
     take(&mut rest, GLB_MAGIC.len() as u64, "the GLB header")?;
-    // The header: version, and the length of all.
     let version = take_u32(&mut rest, "the GLB header")?;
     if version != 2 {
         let found = version.to_string();
@@ -93,7 +95,7 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
             available: available.min(u64::from(length)),
         });
     }
-    // Viewers ignore bytes behind the file, such as a line end.
+    // Ignore bytes after the stated length, such as a line end, as viewers do.
     rest = &bytes[12..length as usize];
     // The first chunk of each kind.
     let (mut json, mut blob) = (None, None);
@@ -107,18 +109,13 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
             _ => {}
         }
     }
-    match json {
-        Some(json) => Ok((json, blob)),
-        None => Err(ImportError::Invalid("the GLB has no JSON chunk".into())),
-    }
+    let json = json.ok_or_else(|| ImportError::Invalid("the GLB has no JSON chunk".into()))?;
+    Ok((json, blob))
 }
 
 fn take_u32(rest: &mut &[u8], what: &'static str) -> Result<u32, ImportError> {
     let bytes = take(rest, 4, what)?;
-    Ok(bytes
-        .iter()
-        .rev()
-        .fold(0, |value, &byte| value << 8 | u32::from(byte)))
+    Ok(little_endian(bytes))
 }
 
 fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a [u8], ImportError> {
@@ -135,11 +132,10 @@ fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a 
     Ok(taken)
 }
 
-/// The document of a file's JSON, without the parts that a bake does not look at.
+/// The document of a file's JSON, without parts that a bake ignores.
 pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
     drop_unread_parts(&mut json);
     let mut root: gltf::json::Root = serde_json::from_value(json).map_err(|e| invalid(&e))?;
-    // What this program can read.
     if !root.asset.version.starts_with("2.") {
         let found = one_line(&root.asset.version);
         return Err(ImportError::Version { found });
@@ -151,7 +147,7 @@ pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
     {
         return Err(ImportError::Extension(one_line(name)));
     }
-    // Which extensions the gltf crate knows depends on features that other crates may turn on.
+    // The gltf crate would reject extensions, depending on its features. Other crates may enable these.
     root.extensions_required.clear();
     check_positions_exist(&root)?;
     Document::from_json(root).map_err(|error| match error {
@@ -164,8 +160,8 @@ fn invalid(error: &dyn std::fmt::Display) -> ImportError {
     ImportError::Invalid(one_line(&error.to_string()))
 }
 
-/// Drops what extensions may change beyond the schema of glTF, which the gltf crate would refuse: animations with
-/// pointers, and textures with an image of an extension alone. The latter get that image, or one without bytes.
+/// Removes parts that extensions change and the gltf crate would reject. Animations may have pointers; they are read
+/// separately. Textures may have an image only in an extension; they get that image, or one without bytes.
 fn drop_unread_parts(json: &mut Value) {
     if let Some(json) = json.as_object_mut() {
         json.remove("animations");
@@ -174,7 +170,7 @@ fn drop_unread_parts(json: &mut Value) {
         .get("images")
         .and_then(Value::as_array)
         .map_or(0, Vec::len);
-    let mut has_nameless = false;
+    let mut lacks_image = false;
     let textures = json.get_mut("textures").and_then(Value::as_array_mut);
     let textures = textures.into_iter().flatten();
     let textures = textures.filter_map(Value::as_object_mut);
@@ -184,17 +180,17 @@ fn drop_unread_parts(json: &mut Value) {
             .into_iter()
             .flat_map(|extensions| extensions.values());
         let source = sources.find_map(|extension| extension.get("source")?.as_u64());
-        has_nameless |= source.is_none();
+        lacks_image |= source.is_none();
         texture.insert("source".into(), json!(source.unwrap_or(images as u64)));
     }
-    if has_nameless {
+    if lacks_image {
         let mut all = json["images"].as_array().cloned().unwrap_or_default();
         all.push(json!({}));
         json["images"] = all.into();
     }
 }
 
-/// Extensions that change nothing about vertices and triangles, or that are read.
+/// Returns `true` for extensions that do not affect geometry, or that are supported.
 fn is_harmless(extension: &str) -> bool {
     if extension == "KHR_mesh_quantization" || meshopt_views::EXTENSIONS.contains(&extension) {
         return true;
@@ -214,7 +210,7 @@ fn is_harmless(extension: &str) -> bool {
     harmless.iter().any(|prefix| extension.starts_with(prefix))
 }
 
-/// The gltf crate's own validation indexes with this unchecked.
+/// The validation of the gltf crate panics without this check.
 fn check_positions_exist(root: &gltf::json::Root) -> Result<(), ImportError> {
     for (mesh_index, mesh) in root.meshes.iter().enumerate() {
         for (primitive_index, primitive) in mesh.primitives.iter().enumerate() {
@@ -245,47 +241,37 @@ fn describe(faults: &[Fault]) -> String {
     }
 }
 
-/// Text from a file may hold line ends; messages are one line.
+/// Replaces control characters, because messages are one line.
 fn one_line(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() { ' ' } else { c })
         .collect()
 }
 
-/// Nodes below more than these are placed unlike any other.
+/// Nodes with more ancestors than this count as placed unlike any other. Bounds the time for damaged files.
 const MOST_ANCESTORS: usize = 64;
 
-/// For each mesh, a number that meshes share which are drawn by one node each, in the same place.
-pub(super) fn spaces_of_meshes(document: &Document) -> Vec<u32> {
-    let mut parents = vec![None; document.nodes().len()];
-    for node in document.nodes() {
-        for child in node.children() {
-            parents[child.index()] = Some(node.index());
-        }
-    }
-    let transforms: Vec<Mat4> = document
-        .nodes()
-        .map(|node| Mat4::from_cols_array_2d(&node.transform().matrix()))
-        .collect();
-    let placed = |node: usize| {
-        let ancestors = std::iter::successors(Some(node), |&node| parents[node]);
-        let chain: Vec<usize> = ancestors.take(MOST_ANCESTORS + 1).collect();
-        let place = chain
-            .iter()
-            .fold(Mat4::IDENTITY, |m, &node| transforms[node] * m);
+/// For each mesh, a number that it shares with the meshes of other nodes with the same global transform. A mesh of several
+/// nodes shares it with none.
+pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
+    let placed = |node: u32| {
+        let chain = ancestors(nodes, node).take(MOST_ANCESTORS + 1);
+        let chain: Vec<u32> = chain.collect();
+        let place = chain.iter().fold(Mat4::IDENTITY, |place, &node| {
+            nodes[node as usize].transform() * place
+        });
         (chain.len() <= MOST_ANCESTORS).then(|| place.to_cols_array().map(f32::to_bits))
     };
-    let mut nodes: Vec<Vec<usize>> = vec![Vec::new(); document.meshes().len()];
-    for node in document.nodes() {
-        if let Some(mesh) = node.mesh() {
-            nodes[mesh.index()].push(node.index());
+    let mut drawn_by: Vec<Vec<u32>> = vec![Vec::new(); meshes];
+    for (index, node) in (0..).zip(nodes) {
+        if let Some(mesh) = node.mesh {
+            drawn_by[mesh as usize].push(index);
         }
     }
     let mut first_at: HashMap<[u32; 16], u32> = HashMap::new();
-    let meshes = (0..).zip(&nodes);
-    let space = |(mesh, nodes): (u32, &Vec<usize>)| match nodes[..] {
+    let space = |(mesh, nodes): (u32, &Vec<u32>)| match nodes[..] {
         [node] => placed(node).map_or(mesh, |place| *first_at.entry(place).or_insert(mesh)),
         _ => mesh,
     };
-    meshes.map(space).collect()
+    (0..).zip(&drawn_by).map(space).collect()
 }

@@ -1,4 +1,4 @@
-//! Why a file or a part of it is not imported, and which part that is.
+//! Errors of the import, and the parts of a file that they are about.
 
 use std::fmt;
 
@@ -8,7 +8,7 @@ use super::meshopt_views::PackedViewFault;
 use super::rig_fault::RigFault;
 use crate::mesh::MeshError;
 
-/// Which primitive of a file it is.
+/// The place of a primitive in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PrimitivePlace {
     /// Index of the mesh in the file.
@@ -36,10 +36,10 @@ pub enum SkipReason {
     /// It is made of points or lines.
     #[error("it is made of points or lines")]
     NotTriangles,
-    /// Positions are neither 32-bit floating-point numbers nor what `KHR_mesh_quantization` allows.
+    /// Neither glTF nor `KHR_mesh_quantization` allows the format of the positions.
     #[error("its positions are in a format that glTF does not know")]
     PositionFormat,
-    /// There are no triangles in it.
+    /// It has no triangles.
     #[error("it has no triangles")]
     NoTriangles,
     /// It is faulty.
@@ -47,7 +47,7 @@ pub enum SkipReason {
     Faulty(PrimitiveFault),
 }
 
-/// What is wrong with a primitive.
+/// A fault of a primitive.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -61,7 +61,7 @@ pub enum PrimitiveFault {
         attribute: &'static str,
         fault: AccessorFault,
     },
-    /// The triangles themselves are faulty.
+    /// Its vertices or triangles are faulty.
     #[error("{0}")]
     Mesh(#[from] MeshError),
     /// Its skin or its morph targets are faulty.
@@ -70,17 +70,9 @@ pub enum PrimitiveFault {
 }
 
 impl PrimitiveFault {
-    /// The error of a file without other primitives.
-    pub(crate) fn of(self, place: PrimitivePlace) -> ImportError {
-        match self {
-            Self::Accessor { attribute, fault } => ImportError::Accessor {
-                place,
-                attribute,
-                fault,
-            },
-            Self::Mesh(fault) => ImportError::Mesh { place, fault },
-            Self::Rig(fault) => ImportError::Rig { place, fault },
-        }
+    /// Adds the attribute to the fault of its accessor.
+    pub(super) fn accessor(attribute: &'static str) -> impl FnOnce(AccessorFault) -> Self {
+        move |fault| Self::Accessor { attribute, fault }
     }
 }
 
@@ -92,60 +84,47 @@ impl PrimitiveFault {
     reason = "the fields are named by each variant's message"
 )]
 pub enum ImportError {
-    /// No such file, a folder, no permission.
+    /// The file could not be read.
     #[error("could not be read: {0}")]
     Read(#[source] std::io::Error),
-    /// Nothing in it.
+    /// The file has no bytes.
     #[error("the file is empty")]
     Empty,
     /// Neither a binary glTF nor a JSON object.
     #[error("not a glTF file")]
     NotGltf,
-    /// A GLB that announces more than it holds.
+    /// A GLB is shorter than its header states.
     #[error("truncated: {what} ends after {available} of {needed} bytes")]
     Truncated {
         what: &'static str,
         needed: u64,
         available: u64,
     },
-    /// Not glTF 2.
+    /// The file has another version than 2.
     #[error("glTF version {found}, but only version 2 can be read")]
     Version { found: String },
-    /// Broken JSON, or JSON that breaks the glTF schema.
+    /// The JSON is broken, or breaks the glTF schema.
     #[error("not valid glTF: {0}")]
     Invalid(String),
-    /// Geometry that only an extension can read.
+    /// The file requires an unsupported extension.
     #[error("it needs the glTF extension {name}, which is not supported{remedy}", name = .0, remedy = remedy(.0))]
     Extension(String),
-    /// A buffer's bytes cannot be had.
+    /// The bytes of a buffer could not be read.
     #[error("buffer {buffer}: {fault}")]
     Buffer { buffer: usize, fault: BufferFault },
-    /// A buffer view cannot be unpacked.
+    /// A compressed buffer view could not be decoded.
     #[error("buffer view {view}: {fault}")]
     PackedView { view: usize, fault: PackedViewFault },
-    /// An accessor points outside its buffer or has an unusable type.
-    #[error("{place}: {attribute}: {fault}")]
-    Accessor {
-        place: PrimitivePlace,
-        attribute: &'static str,
-        fault: AccessorFault,
-    },
-    /// The triangles themselves are faulty.
+    /// A primitive is faulty.
     #[error("{place}: {fault}")]
-    Mesh {
+    Primitive {
         place: PrimitivePlace,
-        fault: MeshError,
+        fault: PrimitiveFault,
     },
-    /// A skin or morph targets are faulty.
-    #[error("{place}: {fault}")]
-    Rig {
-        place: PrimitivePlace,
-        fault: RigFault,
-    },
-    /// The file has no mesh at all.
+    /// The file has no meshes.
     #[error("it has no meshes")]
     NoMeshes,
-    /// Everything in it was skipped.
+    /// All primitives were skipped.
     #[error("nothing to bake in {count} primitives; the first, {place}: {reason}")]
     AllSkipped {
         count: usize,
@@ -154,7 +133,7 @@ pub enum ImportError {
     },
 }
 
-/// A tool that writes the same file without an extension.
+/// A command that converts a file with an unsupported extension.
 fn remedy(extension: &str) -> &'static str {
     match extension {
         "KHR_draco_mesh_compression" => {
@@ -164,7 +143,7 @@ fn remedy(extension: &str) -> &'static str {
     }
 }
 
-/// Why the bytes of a buffer cannot be had.
+/// Why the bytes of a buffer could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[expect(
@@ -172,24 +151,24 @@ fn remedy(extension: &str) -> &'static str {
     reason = "the fields are named by each variant's message"
 )]
 pub enum BufferFault {
-    /// The file beside the glTF is missing or unreadable.
+    /// The file beside the glTF could not be read.
     #[error("{uri:?} could not be read: {error}")]
     Read { uri: String, error: std::io::Error },
-    /// A link to somewhere else.
+    /// The URI has a scheme, or is not valid UTF-8.
     #[error("{uri:?} is not a file beside the glTF")]
     Elsewhere { uri: String },
-    /// Bytes inside the JSON, but garbled.
+    /// The data URI is invalid.
     #[error("its data URI could not be decoded: {0}")]
     DataUri(String),
-    /// It should be the binary chunk, but there is none.
+    /// The buffer is the binary chunk of a GLB, which has none.
     #[error("the GLB has no binary chunk")]
     NoBinaryChunk,
-    /// Fewer bytes than announced.
+    /// There are fewer bytes than the JSON states.
     #[error("truncated: {available} of {needed} bytes")]
     Truncated { needed: u64, available: u64 },
 }
 
-/// Why an accessor cannot be read.
+/// Why an accessor could not be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 #[expect(
@@ -197,20 +176,20 @@ pub enum BufferFault {
     reason = "the fields are named by each variant's message"
 )]
 pub enum AccessorFault {
-    /// It ends outside its buffer view, or the view outside its buffer.
+    /// The accessor ends outside its buffer view, or the view outside its buffer.
     #[error("accessor {accessor} reads outside its buffer")]
     OutOfBounds { accessor: usize },
-    /// Elements overlap.
+    /// Elements would overlap.
     #[error("accessor {accessor} has a stride of {stride} for elements of {element} bytes")]
     Stride {
         accessor: usize,
         stride: usize,
         element: usize,
     },
-    /// More elements than can be counted.
+    /// There are more elements than a mesh may have.
     #[error("accessor {accessor} has too many elements: {count}")]
     TooMany { accessor: usize, count: usize },
-    /// Indices that are not unsigned scalars.
+    /// Indices are not unsigned scalars.
     #[error("accessor {accessor} does not hold indices")]
     NotIndices { accessor: usize },
 }

@@ -1,4 +1,4 @@
-//! Which number formats an attribute may have, and what their numbers mean.
+//! Number formats of vertex attributes.
 
 use gltf::Accessor;
 use gltf::accessor::{DataType, Dimensions};
@@ -13,25 +13,25 @@ pub(super) enum Attribute {
     Color,
 }
 
-/// Which formats are read.
+/// Formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Formats {
-    /// The formats of plain glTF that Bevy keeps, so that both see the same mesh.
+    /// The formats of glTF without extensions that Bevy reads.
     AsBevy,
     /// The formats of `KHR_mesh_quantization` as well.
     Quantized,
 }
 
 impl Formats {
-    /// Those for a primitive with these positions; `None` if no extension allows them. A primitive
-    /// with plain positions is a mesh to Bevy, so that its other attributes must come in as there.
+    /// The formats of a primitive with these positions. `None` if no extension allows the positions. Bevy reads primitives
+    /// with plain positions, so their other attributes are read exactly as Bevy reads them.
     pub(super) fn of_positions(positions: &Accessor<'_>) -> Option<Self> {
         let all = [Self::AsBevy, Self::Quantized];
         all.into_iter()
             .find(|formats| formats.allow(Attribute::Position, positions))
     }
 
-    /// Whether `accessor` may hold `attribute`.
+    /// Returns `true` if `attribute` may have the format of `accessor`.
     pub(super) fn allow(self, attribute: Attribute, accessor: &Accessor<'_>) -> bool {
         let shape = accessor.dimensions();
         let shapes: &[Dimensions] = match attribute {
@@ -67,7 +67,7 @@ fn is_quantized(attribute: Attribute, kind: DataType, normalized: bool) -> bool 
     }
 }
 
-/// How the bytes of one component become a number.
+/// The format of one component.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Component {
     kind: DataType,
@@ -82,8 +82,7 @@ impl Component {
         }
     }
 
-    /// The number in `bytes`, to the last bit as Bevy reads it. Normalized signed integers count from
-    /// -1, which two of them mean.
+    /// The number in `bytes`, with the same bits as in Bevy. The smallest two normalized signed integers are both -1.
     pub(super) fn number(self, bytes: &[u8]) -> f32 {
         let bits = little_endian(bytes);
         let (value, largest) = match self.kind {

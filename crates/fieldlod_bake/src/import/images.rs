@@ -1,4 +1,4 @@
-//! PNG and JPEG images, wherever a file has them.
+//! PNG and JPEG images in buffers, data URIs and files.
 
 use std::fmt;
 use std::io::Cursor;
@@ -14,19 +14,20 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::ReadBeside;
 use super::buffers::{Buffers, data_of, read_uri};
 
-/// The largest side of an image that is decoded, in texels: a quarter of a gigabyte.
+/// The largest side of a decoded image, in texels. 8,192² texels take a quarter of a gigabyte; larger images could use up
+/// the memory of a build server.
 const MOST_SIDE: u32 = 8_192;
-/// What a decoder may take beside that, in bytes.
+/// Further memory of a decoder, in bytes. Bounds what a damaged file can claim.
 const MOST_BYTES: usize = 1 << 28;
 
-/// An image of a file that cannot be read. Surfaces with it count as unknown.
+/// An image that could not be read. Surfaces with it count as unknown.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnreadImage {
     /// Index of the image in the file, if there is one.
     pub image: Option<u32>,
-    /// Its name or its file's, or an empty string.
+    /// The name of its file or of the image, or an empty string.
     pub name: String,
-    /// What is wrong.
+    /// The fault.
     pub fault: ImageFault,
 }
 
@@ -43,20 +44,20 @@ impl fmt::Display for UnreadImage {
     }
 }
 
-/// Why an image cannot be read.
+/// Why an image could not be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFault {
-    /// Only an unsupported extension says where the image is.
+    /// Its source is in an unsupported extension.
     #[error("its source is in an unsupported extension")]
     Missing,
     /// Its bytes could not be read.
     #[error("{0}")]
     Unavailable(String),
-    /// Such as KTX2 and WebP.
+    /// It has another format than PNG and JPEG, such as KTX2 or WebP.
     #[error("it is neither PNG nor JPEG")]
     Format,
-    /// Its sides, in texels.
+    /// Its width and height in texels are too large.
     #[error("it is too large: {0} × {1} texels")]
     TooLarge(u32, u32),
     /// The error of the decoder.
@@ -64,7 +65,7 @@ pub enum ImageFault {
     Broken(String),
 }
 
-/// Texels by rows: red, green, blue and alpha.
+/// A decoded image.
 pub(super) struct Pixels {
     pub(super) size: UVec2,
     channels: usize,
@@ -72,7 +73,7 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
-    /// The texel in a column and a row.
+    /// Red, green, blue and alpha in column `x` and row `y`.
     pub(super) fn texel(&self, x: u32, y: u32) -> [u8; 4] {
         let first = (y as usize * self.size.x as usize + x as usize) * self.channels;
         match self.bytes[first..first + self.channels] {
@@ -84,7 +85,7 @@ impl Pixels {
         }
     }
 
-    /// `None` if there are not so many bytes.
+    /// `None` if there are too few bytes.
     fn of(size: UVec2, bytes: Vec<u8>) -> Option<Self> {
         let texels = size.x as usize * size.y as usize;
         let channels = bytes.len().checked_div(texels).filter(|count| *count > 0)?;
@@ -131,7 +132,7 @@ pub(super) fn read(
     bytes.and_then(|bytes| decode(&bytes)).map_err(unread)
 }
 
-/// Decodes an image by what its first bytes say that it is. A decoder that panics has met a broken image.
+/// Decodes an image in the format that its first bytes state. A panic of a decoder counts as a broken image.
 fn decode(bytes: &[u8]) -> Result<Pixels, ImageFault> {
     let decode: fn(&[u8]) -> Result<Pixels, ImageFault> = match bytes {
         [0x89, b'P', b'N', b'G', ..] => decode_png,

@@ -1,4 +1,4 @@
-//! Materials of primitives as surfaces.
+//! Surfaces of materials.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -14,16 +14,16 @@ use super::buffers::Buffers;
 use super::images::{self, UnreadImage};
 use crate::mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
 
-/// The cutoff of a mask that has none of its own.
+/// The default alpha cutoff of glTF.
 const CUTOFF: f32 = 0.5;
 
-/// Images that are decoded at the same time, each of a quarter of a gigabyte at most.
+/// Images that are decoded at the same time. Each takes up to a quarter of a gigabyte.
 const IMAGES_AT_ONCE: usize = 4;
 
-/// The index of a material, what it looks like without its texture, and where that lies.
+/// The index of a material, its surface without the texture, and the mapping of the texture.
 type Textured = (usize, Surface, TextureMapping);
 
-/// The materials of a file, and where their images are found.
+/// The materials of a file, and the sources of their images.
 pub(super) struct Materials<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a Buffers,
@@ -31,14 +31,14 @@ pub(super) struct Materials<'a> {
 }
 
 impl Materials<'_> {
-    /// The surfaces of those materials that are `used`, by the index of each, and the images that cannot be read.
-    /// Materials without an entry are unknown.
+    /// The surfaces of the `used` materials by their indices, and the images that could not be read. Materials without an
+    /// entry are unknown.
     pub(super) fn surfaces(
         &self,
         used: &BTreeSet<usize>,
     ) -> (BTreeMap<usize, Arc<Surface>>, Vec<UnreadImage>) {
         let (mut surfaces, mut unread) = (BTreeMap::new(), Vec::new());
-        // An image that several have is decoded once.
+        // An image of several materials is decoded once.
         let mut with_image: BTreeMap<usize, Vec<Textured>> = BTreeMap::new();
         for &index in used {
             match self.look(index) {
@@ -65,7 +65,7 @@ impl Materials<'_> {
         (surfaces, unread)
     }
 
-    /// A material without its texture, and the image of that; `None` for one that a bake cannot follow.
+    /// A material without its texture, and the image of the texture. `None` if the mapping is not supported.
     fn look(&self, index: usize) -> Option<(Surface, Option<(usize, TextureMapping)>)> {
         let material = self.document.materials().nth(index)?;
         let pbr = material.pbr_metallic_roughness();
@@ -74,12 +74,12 @@ impl Materials<'_> {
             return Some((plain, None));
         };
         let mapping = self.mapping(index, texture.tex_coord())?;
-        // Not the texture's own way to its image: that depends on features that other crates may turn on.
+        // `Texture::source` depends on features of the gltf crate, which other crates may enable.
         let texture = &self.document.as_json().textures[texture.texture().index()];
         Some((plain, Some((texture.source.value(), mapping))))
     }
 
-    /// The surfaces of materials that have one image.
+    /// The surfaces of materials with the same image.
     fn of_image(
         &self,
         image: usize,
@@ -94,10 +94,10 @@ impl Materials<'_> {
         Ok(textured.collect())
     }
 
-    /// Where the base colour lies, as told by `KHR_texture_transform` if that is there; `None` if by texture
-    /// coordinates beyond the second.
+    /// The mapping of the base colour, with `KHR_texture_transform`. `None` for texture coordinates beyond the second
+    /// set.
     fn mapping(&self, material: usize, uv_set: u32) -> Option<TextureMapping> {
-        // By its JSON, whichever extensions the gltf crate knows.
+        // Read the JSON, because support by the gltf crate depends on its features.
         let json = self.document.as_json().materials.get(material)?;
         let json = to_value(&json.pbr_metallic_roughness).ok()?;
         let transform = json.pointer("/baseColorTexture/extensions/KHR_texture_transform");
@@ -109,7 +109,7 @@ impl Materials<'_> {
         let (sin, cos) = number("/rotation").unwrap_or(0.0).sin_cos();
         let (scale, offset) = (vector("scale", 1.0), vector("offset", 0.0));
         let uv_set = number("/texCoord").map_or(uv_set, |set| set as u32);
-        // As Bevy turns it.
+        // The same direction of rotation as in Bevy.
         let (across, down) = (DVec2::new(cos, -sin), DVec2::new(sin, cos));
         (uv_set < 2).then(|| TextureMapping {
             uses_uvs_1: uv_set == 1,

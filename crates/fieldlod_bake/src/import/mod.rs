@@ -1,23 +1,23 @@
 //! Reads the triangle meshes of a glTF 2.0 file, and the skins, morph targets and animations that move them.
 //!
-//! Positions and triangles come out as Bevy's own loader makes them, bit for bit and in the same
-//! order, so that a hierarchy baked from a file fits the mesh that Bevy draws:
+//! In: the bytes of a file, and a function that reads the files beside it. Out: an [`Import`].
+//!
+//! Positions and triangles are those of Bevy's own loader, bit for bit and in the same order. A hierarchy that is baked
+//! from a file therefore fits the mesh that Bevy draws:
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;
-//! - vertices that no triangle uses are left out, as primitives may share one large vertex buffer;
+//! - vertices that no triangle uses are left out, because primitives may share one large vertex buffer;
 //! - attributes in formats that Bevy drops are dropped.
 //!
-//! Quantized positions (`KHR_mesh_quantization`) are no mesh to Bevy 0.19, so that there is nothing
-//! to agree with: they become floating-point numbers as the extension says, still in the mesh's own
-//! quantized units, which the node's transform undoes; and so do the attributes beside them. Buffer
-//! views packed by `EXT_meshopt_compression` or `KHR_meshopt_compression`, which Bevy 0.19 does not
-//! read either, are unpacked. Draco-compressed geometry is refused by name.
+//! Bevy 0.19 does not read quantized positions (`KHR_mesh_quantization`). They become floating-point numbers in the
+//! quantized units of the mesh, which the transform of the node undoes. Nor does it read buffer views compressed by
+//! `EXT_meshopt_compression` or `KHR_meshopt_compression`, which are decoded. Draco compression is an error.
 //!
 //! Base colours and alpha of materials become the [`Surface`](crate::Surface) of a mesh, with textures in PNG or JPEG.
 //!
-//! Strips and fans are unrolled to lists, wound as the glTF specification says. Nothing in a file
-//! is trusted: every range is checked before it is read, and no file makes this panic.
+//! Strips and fans become lists, wound as the glTF specification defines. Every range is checked before it is read, and no
+//! file causes a panic.
 
 mod accessor;
 mod buffers;
@@ -44,42 +44,46 @@ pub use rig::{Channel, Clip, Interpolation, Node, Property, Rig, Skin};
 pub use rig_fault::{ClipFault, RigFault};
 pub use unpack::{UnpackedGltf, unpack_gltf};
 
+use gltf::Document;
+
 use crate::mesh::SourceMesh;
 use buffers::Buffers;
 use material::Materials;
 
-/// Reads a file beside a glTF file, by its name there. Names may lead anywhere.
+/// Reads a file beside a glTF file, by its name. Names may contain `..` and absolute paths.
 pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync + 'a;
 
-/// The contents of a file that matter to a bake.
+/// The contents of a file that a bake uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
     /// The primitives that can have levels of detail, in the order of the file. Skinned and morphed ones have a rig.
     pub primitives: Vec<ImportedPrimitive>,
     /// The primitives that cannot, and why.
     pub skipped: Vec<Skipped>,
-    /// The images that cannot be read: what has them has no surface.
+    /// Images that could not be read. Primitives with them have no surface.
     pub unread_images: Vec<UnreadImage>,
-    /// The skins. One that cannot be used has no joints.
+    /// The skins. A faulty skin has no joints.
     pub skins: Vec<Skin>,
     /// All nodes.
     pub nodes: Vec<Node>,
-    /// The animations that can be read.
+    /// The animations. Faulty ones are left out.
     pub clips: Vec<Clip>,
-    /// For each mesh of the file, a number that meshes share which are drawn once each and placed alike.
+    /// For each mesh of the file, a number that meshes with the same global transform share.
     pub(crate) space_of_mesh: Vec<u32>,
 }
 
 impl Import {
-    /// The first fault of a primitive that was skipped for it.
+    /// The first fault of a skipped primitive.
     #[must_use]
     pub fn first_fault(&self) -> Option<ImportError> {
-        self.skipped
-            .iter()
-            .find_map(|skipped| match &skipped.reason {
-                SkipReason::Faulty(fault) => Some(fault.clone().of(skipped.place.clone())),
-                _ => None,
-            })
+        let mut skipped = self.skipped.iter();
+        skipped.find_map(|skipped| match &skipped.reason {
+            SkipReason::Faulty(fault) => Some(ImportError::Primitive {
+                place: skipped.place.clone(),
+                fault: fault.clone(),
+            }),
+            _ => None,
+        })
     }
 
     /// Adds the clips of another file. They move the nodes of this file with the same names; animations of other nodes
@@ -128,55 +132,75 @@ fn nodes_by_name(nodes: &[Node]) -> HashMap<&str, Vec<u32>> {
 /// One primitive of a glTF mesh, in its local space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedPrimitive {
-    /// Which primitive of the file it is.
+    /// Its place in the file.
     pub place: PrimitivePlace,
-    /// Its triangles, and the vertices that they use, in the order of the file. It is valid.
+    /// Its triangles and the vertices that they use, in the order of the file. The mesh is valid.
     pub mesh: SourceMesh,
-    /// What moves its vertices, if anything does. Its lists have one value per vertex of `mesh`.
+    /// Its skin and morph targets, with one value per vertex of `mesh`.
     pub rig: Option<Rig>,
 }
 
 /// A primitive that is drawn, but without levels of detail.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skipped {
-    /// Which primitive of the file it is.
+    /// Its place in the file.
     pub place: PrimitivePlace,
     /// Why it has no levels of detail.
     pub reason: SkipReason,
 }
 
-/// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Of images base colours
-/// alone are looked at; none that is missing or broken is an error. A faulty primitive is skipped.
+/// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Only images of base
+/// colours are read, and images that could not be read are no error. A faulty primitive is skipped.
 ///
 /// # Errors
-/// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
+/// An [`ImportError`]; never a panic, whatever the bytes.
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     let bytes = std::fs::read(path).map_err(ImportError::Read)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     import_gltf_bytes(&bytes, &|name| std::fs::read(folder.join(name)))
 }
 
-/// [`import_gltf`] for the bytes of a file. `beside` reads the buffers and images beside it, by their names.
+/// [`import_gltf`] for the bytes of a file. `beside` reads external buffers and images by name.
 ///
 /// # Errors
-/// An [`ImportError`] that says what is wrong; never a panic, whatever the bytes.
+/// As [`import_gltf`].
 pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import, ImportError> {
-    // The document, and the bytes that it refers to.
-    let document::Read {
-        document,
-        animations,
-        blob,
-    } = document::read(bytes)?;
-    let buffers = Buffers::load(&document, blob, beside)?;
-    let skin_of_mesh = rig::skins_of_meshes(&document);
-    let skins = rig::read_skins(&document, &buffers);
-    // Every primitive of every mesh, unless there is a reason against it.
+    let read = document::read(bytes)?;
+    let document = &read.document;
+    let buffers = &Buffers::load(document, read.blob, beside)?;
+    let skins = rig::read_skins(document, buffers);
+    let nodes = rig::nodes_of(document);
     let mut import = Import {
-        space_of_mesh: document::spaces_of_meshes(&document),
-        nodes: rig::nodes_of(&document),
-        clips: rig::clips::read_clips(&animations, &document, &buffers),
+        space_of_mesh: document::spaces_of_meshes(&nodes, document.meshes().len()),
+        clips: rig::clips::read_clips(&read.animations, document, buffers),
+        nodes,
         ..Import::default()
     };
+    let materials = read_primitives(&mut import, document, buffers, &skins);
+    let used: BTreeSet<usize> = materials.iter().copied().flatten().collect();
+    let of_file = Materials {
+        document,
+        buffers,
+        beside,
+    };
+    let (surfaces, unread_images) = of_file.surfaces(&used);
+    // A primitive without a material has no surface, because a game may give it any material.
+    for (primitive, material) in import.primitives.iter_mut().zip(materials) {
+        primitive.mesh.surface = material.and_then(|material| surfaces.get(&material).cloned());
+    }
+    import.unread_images = unread_images;
+    import.skins = skins.into_iter().map(Result::unwrap_or_default).collect();
+    Ok(import)
+}
+
+/// Adds all primitives to an import. Returns the materials of those that are not skipped.
+fn read_primitives(
+    import: &mut Import,
+    document: &Document,
+    buffers: &Buffers,
+    skins: &[Result<Skin, PrimitiveFault>],
+) -> Vec<Option<usize>> {
+    let skin_of_mesh = rig::skins_of_meshes(document);
     let mut materials = Vec::new();
     for mesh in document.meshes() {
         for primitive in mesh.primitives() {
@@ -185,39 +209,28 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
                 primitive_index: primitive.index() as u32,
                 name: mesh.name().unwrap_or_default().to_owned(),
             };
-            if let Some(reason) = primitive::skip_reason(&primitive) {
-                import.skipped.push(Skipped { place, reason });
-                continue;
-            }
-            let skin = skin_of(&skin_of_mesh[mesh.index()], &skins);
-            let read = skin.and_then(|skin| primitive::read(&primitive, &buffers, skin));
-            let reason = match read {
-                Ok((mesh, _)) if mesh.indices.is_empty() => SkipReason::NoTriangles,
+            let read = || {
+                if let Some(reason) = primitive::skip_reason(&primitive) {
+                    return Err(reason);
+                }
+                let skin = skin_of(&skin_of_mesh[mesh.index()], skins);
+                let read = skin.and_then(|skin| primitive::read(&primitive, buffers, skin));
+                match read {
+                    Ok((mesh, _)) if mesh.indices.is_empty() => Err(SkipReason::NoTriangles),
+                    read => read.map_err(SkipReason::Faulty),
+                }
+            };
+            match read() {
                 Ok((mesh, rig)) => {
                     let imported = ImportedPrimitive { place, mesh, rig };
                     import.primitives.push(imported);
                     materials.push(primitive.material().index());
-                    continue;
                 }
-                Err(fault) => SkipReason::Faulty(fault),
-            };
-            import.skipped.push(Skipped { place, reason });
+                Err(reason) => import.skipped.push(Skipped { place, reason }),
+            }
         }
     }
-    // What they look like. A primitive without a material may be given any.
-    let used: BTreeSet<usize> = materials.iter().copied().flatten().collect();
-    let of_file = Materials {
-        document: &document,
-        buffers: &buffers,
-        beside,
-    };
-    let (surfaces, unread_images) = of_file.surfaces(&used);
-    for (primitive, material) in import.primitives.iter_mut().zip(materials) {
-        primitive.mesh.surface = material.and_then(|material| surfaces.get(&material).cloned());
-    }
-    import.unread_images = unread_images;
-    import.skins = skins.into_iter().map(Result::unwrap_or_default).collect();
-    Ok(import)
+    materials
 }
 
 /// The skin of a mesh with its index, if the mesh has one.

@@ -1,11 +1,11 @@
-//! One primitive: its attributes and its triangles.
+//! Attributes and triangles of one primitive.
 
 use fieldlod_hierarchy::Vertices;
 use glam::{Vec2, Vec3, Vec4};
 use gltf::mesh::Mode;
 use gltf::{Primitive, Semantic};
 
-use super::accessor::{read_indices, read_vectors};
+use super::accessor::{VertexReader, read_indices};
 use super::buffers::Buffers;
 use super::error::{PrimitiveFault, SkipReason};
 use super::format::{Attribute, Formats};
@@ -13,7 +13,7 @@ use super::rig::{Rig, Skin, read_rig};
 use crate::mesh::used_vertices::{renumber, used_of};
 use crate::mesh::{MeshError, SourceMesh};
 
-/// Why `primitive` gets no levels of detail, if so.
+/// Returns the reason if `primitive` has no levels of detail.
 pub(super) fn skip_reason(primitive: &Primitive<'_>) -> Option<SkipReason> {
     let triangles = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
     if !triangles.contains(&primitive.mode()) {
@@ -30,73 +30,79 @@ fn formats_of(primitive: &Primitive<'_>) -> Option<Formats> {
     Formats::of_positions(&positions)
 }
 
-/// Reads a primitive that is not to be skipped, with a skin or without. Vertices that no triangle uses are left out.
+/// Reads a primitive that is not skipped. Vertices that no triangle uses are left out.
 pub(super) fn read(
     primitive: &Primitive<'_>,
     buffers: &Buffers,
     skin: Option<(u32, &Skin)>,
 ) -> Result<(SourceMesh, Option<Rig>), PrimitiveFault> {
+    let positions = primitive.get(&Semantic::Positions);
+    let vertex_count = positions.map_or(0, |positions| positions.count());
+    let corners = corners(primitive, buffers, vertex_count)?;
+    let used = corners.as_deref();
+    let used = used.and_then(|corners| used_of(corners, vertex_count));
+    let vertices = VertexReader {
+        buffers,
+        vertex_count,
+        only: used.as_deref(),
+    };
+    let rig = read_rig(primitive, vertices, skin)?;
+    let formats = formats_of(primitive).unwrap_or(Formats::AsBevy);
     let reader = Reader {
         primitive,
-        buffers,
-        formats: formats_of(primitive).unwrap_or(Formats::AsBevy),
-        vertex_count: primitive
-            .get(&Semantic::Positions)
-            .map_or(0, |positions| positions.count()),
+        vertices,
+        formats,
     };
-    let corners = reader.corners()?;
-    let used = corners
-        .as_deref()
-        .and_then(|corners| used_of(corners, reader.vertex_count));
-    let rig = read_rig(
-        primitive,
-        buffers,
-        skin,
-        reader.vertex_count,
-        used.as_deref(),
-    )?;
-    let mesh = reader.mesh(corners, used.as_deref())?;
-    let needs_normals = needs_normals(&mesh, primitive.mode());
-    if !needs_normals {
-        if !mesh.indices.is_empty() {
-            mesh.validate()?;
-        }
+    let mesh = reader.mesh(corners)?;
+    if !mesh.indices.is_empty() {
+        mesh.validate()?;
+    }
+    if !needs_normals(&mesh, primitive.mode()) {
         return Ok((mesh, rig));
     }
-    // Indices that are out of range would be read.
-    mesh.validate()?;
     let rig = rig.map(|rig| rig.at(&mesh.indices));
     Ok((mesh.without_shared_vertices(), rig))
 }
 
+/// The indices, which are in range. `None` if vertices are drawn in order.
+fn corners(
+    primitive: &Primitive<'_>,
+    buffers: &Buffers,
+    vertices: usize,
+) -> Result<Option<Vec<u32>>, PrimitiveFault> {
+    let Some(accessor) = primitive.indices() else {
+        return Ok(None);
+    };
+    let corners = read_indices(&accessor, buffers);
+    let corners = corners.map_err(PrimitiveFault::accessor("indices"))?;
+    let is_wrong = |&(_, &index): &(usize, &u32)| index as usize >= vertices;
+    match corners.iter().enumerate().find(is_wrong) {
+        Some((position, &index)) => Err(PrimitiveFault::Mesh(MeshError::IndexOutOfRange {
+            position,
+            index,
+            vertices,
+        })),
+        None => Ok(Some(corners)),
+    }
+}
+
 struct Reader<'a> {
     primitive: &'a Primitive<'a>,
-    buffers: &'a Buffers,
+    vertices: VertexReader<'a>,
     formats: Formats,
-    vertex_count: usize,
 }
 
 impl Reader<'_> {
-    /// The mesh with the vertices `only`, or with all.
-    fn mesh(
-        &self,
-        corners: Option<Vec<u32>>,
-        only: Option<&[u32]>,
-    ) -> Result<SourceMesh, PrimitiveFault> {
+    fn mesh(&self, corners: Option<Vec<u32>>) -> Result<SourceMesh, PrimitiveFault> {
         use Attribute::{Color, Normal, Position, Tangent, Uv};
-        let positions = self.vectors(&Semantic::Positions, Position, "positions", only)?;
-        let normals = self.vectors(&Semantic::Normals, Normal, "normals", only)?;
-        let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates", only)?;
-        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents", only)?;
-        let uvs_1 = self.vectors(
-            &Semantic::TexCoords(1),
-            Uv,
-            "second texture coordinates",
-            only,
-        )?;
-        let colors = self.vectors(&Semantic::Colors(0), Color, "colors", only)?;
+        let positions = self.vectors(&Semantic::Positions, Position, "positions")?;
+        let normals = self.vectors(&Semantic::Normals, Normal, "normals")?;
+        let uvs = self.vectors(&Semantic::TexCoords(0), Uv, "texture coordinates")?;
+        let tangents = self.vectors(&Semantic::Tangents, Tangent, "tangents")?;
+        let uvs_1 = self.vectors(&Semantic::TexCoords(1), Uv, "second texture coordinates")?;
+        let colors = self.vectors(&Semantic::Colors(0), Color, "colors")?;
         let mut corners = corners.unwrap_or_else(|| (0..positions.len() as u32).collect());
-        if let Some(used) = only {
+        if let Some(used) = self.vertices.only {
             renumber(&mut corners, used);
         }
         Ok(SourceMesh {
@@ -115,58 +121,23 @@ impl Reader<'_> {
         })
     }
 
-    /// The indices, which are in range; `None` if vertices are drawn in order.
-    fn corners(&self) -> Result<Option<Vec<u32>>, PrimitiveFault> {
-        let Some(accessor) = self.primitive.indices() else {
-            return Ok(None);
-        };
-        let corners = read_indices(&accessor, self.buffers);
-        let corners = corners.map_err(|fault| PrimitiveFault::Accessor {
-            attribute: "indices",
-            fault,
-        })?;
-        let vertices = self.vertex_count;
-        let is_wrong = |&(_, &index): &(usize, &u32)| index as usize >= vertices;
-        match corners.iter().enumerate().find(is_wrong) {
-            Some((position, &index)) => Err(PrimitiveFault::Mesh(MeshError::IndexOutOfRange {
-                position,
-                index,
-                vertices,
-            })),
-            None => Ok(Some(corners)),
-        }
-    }
-
-    /// The vectors of an attribute; none if it is missing or in a format that is not read. What
-    /// has only three of four components gets a 1: an opaque colour.
+    /// The vectors of an attribute; none if it is missing or in a format that is not read. A missing fourth component is 1,
+    /// the alpha of an opaque colour.
     fn vectors<const N: usize>(
         &self,
         semantic: &Semantic,
         attribute: Attribute,
         name: &'static str,
-        only: Option<&[u32]>,
     ) -> Result<Vec<[f32; N]>, PrimitiveFault> {
         let accessor = self.primitive.get(semantic);
-        let usable = accessor.filter(|accessor| self.formats.allow(attribute, accessor));
-        let Some(accessor) = usable else {
-            return Ok(Vec::new());
-        };
-        if accessor.count() != self.vertex_count {
-            return Err(PrimitiveFault::Mesh(MeshError::AttributeCount {
-                attribute: name,
-                count: accessor.count(),
-                vertices: self.vertex_count,
-            }));
+        match accessor.filter(|accessor| self.formats.allow(attribute, accessor)) {
+            Some(accessor) => self.vertices.read(&accessor, [1.0; N], name),
+            None => Ok(Vec::new()),
         }
-        let vectors = read_vectors(&accessor, self.buffers, [1.0; N], only);
-        vectors.map_err(|fault| PrimitiveFault::Accessor {
-            attribute: name,
-            fault,
-        })
     }
 }
 
-/// Whether vertices have attributes that a [`SourceMesh`] does not hold.
+/// Returns `true` if vertices have attributes that a [`SourceMesh`] lacks.
 fn has_other_attributes(primitive: &Primitive<'_>) -> bool {
     let is_held = |semantic| {
         matches!(
@@ -182,7 +153,7 @@ fn has_other_attributes(primitive: &Primitive<'_>) -> bool {
     semantics.any(|semantic| !is_held(semantic))
 }
 
-/// Whether Bevy computes tangents for a primitive without.
+/// Returns `true` if Bevy computes tangents for a primitive without them.
 fn gets_tangents(primitive: &Primitive<'_>) -> bool {
     let material = primitive.material();
     let coat = material.extension_value("KHR_materials_clearcoat");
@@ -190,7 +161,7 @@ fn gets_tangents(primitive: &Primitive<'_>) -> bool {
         || coat.is_some_and(|coat| coat.get("clearcoatNormalTexture").is_some())
 }
 
-/// Unrolls strips and fans. Of a strip, every second triangle is turned round.
+/// Converts strips and fans to triangle lists. Every second triangle of a strip is reversed.
 fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
     match mode {
         Mode::TriangleStrip => {
@@ -209,7 +180,7 @@ fn triangle_list(mode: Mode, corners: Vec<u32>) -> Vec<u32> {
     }
 }
 
-/// Whether Bevy gives each triangle its own vertices and a flat normal. Strips and fans stay without.
+/// Returns `true` if Bevy gives each triangle its own vertices and a flat normal. Strips and fans stay without normals.
 fn needs_normals(mesh: &SourceMesh, mode: Mode) -> bool {
     !mesh.indices.is_empty() && mesh.normals.is_empty() && mode == Mode::Triangles
 }

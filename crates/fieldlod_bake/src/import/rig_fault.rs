@@ -16,19 +16,19 @@ pub enum RigFault {
     /// Some nodes draw the mesh with a skin, and others without.
     #[error("some nodes draw it with a skin and others without")]
     PartlySkinned,
-    /// Values are missing, or in a format that Bevy does not read.
+    /// Attributes are missing, or in a format that Bevy does not read.
     #[error("its {0} are missing or in an unknown format")]
     Format(&'static str),
-    /// More joints than Bevy draws.
+    /// There are more joints than Bevy draws.
     #[error("its skin has {joints} joints, but at most 256 can be drawn")]
     TooManyJoints { joints: usize },
-    /// Fewer inverse bind matrices than joints.
+    /// There are fewer inverse bind matrices than joints.
     #[error("its skin has {count} inverse bind matrices for {joints} joints")]
     InverseBinds { count: usize, joints: usize },
-    /// A matrix is not finite, or flattens the mesh.
+    /// An inverse bind matrix is not finite or not invertible.
     #[error("the inverse bind matrix of joint {joint} cannot be inverted")]
     BadInverseBind { joint: usize },
-    /// A vertex follows a joint that does not exist.
+    /// The index of a joint is out of range.
     #[error("vertex {vertex} uses joint {joint}, but its skin has {joints}")]
     JointOutOfRange {
         vertex: usize,
@@ -38,13 +38,13 @@ pub enum RigFault {
     /// Weights are negative, not finite, or all zero.
     #[error("the joint weights of vertex {vertex} are negative, not finite or all zero")]
     BadWeights { vertex: usize },
-    /// More morph targets than Bevy draws.
+    /// There are more morph targets than Bevy draws.
     #[error("it has {count} morph targets, but at most 256 can be drawn")]
     TooManyTargets { count: usize },
-    /// A morph target moves a vertex to a position that is not finite.
+    /// A position delta is not finite.
     #[error("a morph target moves vertex {vertex} by a vector that is not finite")]
     BadDelta { vertex: usize },
-    /// Bevy splits the vertices of a mesh without normals, but not those of its morph targets.
+    /// Bevy splits the vertices of a mesh without normals, but not the deltas of its morph targets.
     #[error("it has morph targets and indices, but no normals")]
     MorphedWithoutNormals,
 }

@@ -12,7 +12,7 @@ use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
-/// Triangles of a component that several groups have passed on.
+/// Components with at most this many triangles may come from several groups. Each group may have removed a part of them.
 const SMALL_ELEMENT: usize = 16;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
@@ -49,7 +49,7 @@ pub(crate) fn differing_triangles(
     balance.values().filter(|&&count| count != 0).count()
 }
 
-/// A third of the cuts by error, a third by place as a camera would, a third at random.
+/// One third of the cuts are by error, one third by distance as for a camera, and one third random.
 fn random_cut(index: u32, subject: &Subject<'_>) -> Vec<usize> {
     let mut random = Random::new(u64::from(index));
     let groups = &subject.hierarchy.groups;
@@ -74,18 +74,18 @@ fn random_cut(index: u32, subject: &Subject<'_>) -> Vec<usize> {
     }
 }
 
-/// What cuts are compared with.
+/// Properties of the source that cuts are compared with.
 struct Source<'a> {
     subject: &'a Subject<'a>,
-    /// The first vertex at the same place as each.
+    /// For each vertex, the first vertex at its position.
     weld: Vec<u32>,
     /// Welded vertices at open edges.
     border: HashSet<u32>,
-    /// For each unit, which of its triangles face against the source, with their areas.
+    /// For each unit, areas and directions of its triangles.
     facings: Vec<Vec<Facing>>,
 }
 
-/// How much area a triangle has, and whether that faces against the source.
+/// The area of a triangle, and whether it faces away from the source.
 #[derive(Clone, Copy)]
 struct Facing {
     area: f64,
@@ -129,7 +129,6 @@ impl<'a> Source<'a> {
                 edges,
             });
         }
-        // And it should face as the source does.
         let share = self.flipped_share(&drawn);
         if share > self.subject.settings.flipped_area {
             return Err(VerifyError::Flipped {
@@ -141,10 +140,8 @@ impl<'a> Source<'a> {
         Ok(share)
     }
 
-    /// How many of these open edges are no border of an element: of a component that no surface joins,
-    /// made by one group as a whole, or so small that two groups have passed on a part of it each. Such
-    /// a component may have moved, and its border with it, if the source has borders at all; how far is
-    /// checked by samples.
+    /// Number of open edges that are no border of an element. An element is a component that one group made, or a small
+    /// one of several groups. If the source has borders, an element may have moved with its border; samples check how far.
     fn count_cracks(&self, open: &[(u32, u32)], drawn: &[usize]) -> usize {
         if self.border.is_empty() {
             return open.len();
@@ -153,7 +150,7 @@ impl<'a> Source<'a> {
         open.iter().filter(|edge| !is_element(edge.0)).count()
     }
 
-    /// Whether the component of a vertex of a cut is an element.
+    /// Returns a function that is `true` for vertices of elements of a cut.
     fn elements_of(&self, cut: &[CutTriangle]) -> impl Fn(u32) -> bool + use<> {
         let mut leads_to: Vec<u32> = self.weld.clone();
         for [a, b, c] in cut.iter().map(|triangle| triangle.corners) {
@@ -162,7 +159,7 @@ impl<'a> Source<'a> {
                 leads_to[from.max(to) as usize] = from.min(to);
             }
         }
-        // Who made each, and how large it is.
+        // The groups that made each component, and its number of triangles.
         let mut components: HashMap<u32, (Vec<Option<u32>>, usize)> = HashMap::new();
         for triangle in cut {
             let component = root(&leads_to, triangle.corners[0]);
@@ -195,7 +192,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The vertex that stands for the component of another.
+/// The representative vertex of a component.
 fn root(leads_to: &[u32], mut vertex: u32) -> u32 {
     while leads_to[vertex as usize] != vertex {
         vertex = leads_to[vertex as usize];
@@ -203,14 +200,14 @@ fn root(leads_to: &[u32], mut vertex: u32) -> u32 {
     vertex
 }
 
-/// How the triangles of each unit face.
+/// Areas and directions of the triangles of each unit.
 fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
     let source = subject.source_triangles();
     let corners = source.iter().map(|&triangle| subject.corners(triangle));
     let tree = TriangleTree::new(corners);
     let units = subject.hierarchy.units.par_iter();
     let facings = units.map(|unit| {
-        // The error stands in for a deviation that was not measured.
+        // Without a measured deviation, the error is the distance.
         let stated = subject.deviation_in_scaled(unit.producer());
         let deviation = match unit.producer() {
             Some(group) if stated == f32::INFINITY => {
@@ -225,7 +222,7 @@ fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
             let area_vector = area_vector(corners);
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             let faces_alike = |other| self::area_vector(other).dot(area_vector) >= 0.0;
-            // Of the source as far away as the deviation says, no triangle faces this way.
+            // Flipped: no triangle of the source within the deviation faces this way.
             let is_flipped = unit.producer().is_some()
                 && tree.none_within(middle, deviation + ROUNDING, faces_alike);
             Facing {
@@ -244,16 +241,15 @@ fn area_vector(corners: [Vec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The same triangle from the corner with which it is least: of one with a corner twice, that is not the smallest vertex
-/// alone.
+/// The smallest rotation of a triangle. Starting at the smallest vertex is not enough if a vertex occurs twice.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, b, c].min([b, c, a]).min([c, a, b])
 }
 
-/// For each vertex, the first at its place. `place` has those of the source, by tolerance.
+/// For each vertex, the first at its position. `place` is that of source vertices, with a tolerance.
 fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
-    // Adding zero makes one of the two zeros.
+    // Adding zero merges the two zeros.
     let bits = |p: &Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let vertices = positions.iter().enumerate();
     vertices
@@ -264,9 +260,9 @@ fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
         .collect()
 }
 
-/// The edges, by welded vertices, that are not passed as often one way as the other.
+/// Edges between welded vertices that triangles do not use equally often in both directions.
 fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
-    // Every edge of every triangle, and which way it is passed.
+    // Every edge of every triangle, with its direction.
     let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(triangles.len() * 3);
     for triangle in triangles {
         let [a, b, c] = triangle.map(|v| weld[v as usize]);
@@ -277,7 +273,7 @@ fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
             }
         }
     }
-    // Those of which the ways do not cancel.
+    // Edges with directions that do not cancel.
     edges.sort_unstable();
     let same = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
     let open = same.filter(|same| same.iter().map(|edge| edge.2).sum::<i32>() != 0);

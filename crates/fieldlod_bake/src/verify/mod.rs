@@ -19,7 +19,7 @@ use subject::Subject;
 /// cuts, and pictures of each level from six sides.
 ///
 /// # Errors
-/// The first thing found wrong.
+/// The first fault found.
 pub fn verify(
     mesh: &SourceMesh,
     hierarchy: &Hierarchy,

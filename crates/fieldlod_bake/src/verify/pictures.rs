@@ -1,7 +1,7 @@
 //! Pictures of each level from six sides, at the size at which its error is one pixel.
 //!
-//! Samples of distances are blind to what is not there: they find another leaf, or the other side of a sheet, near every
-//! point. Pictures show it. As a renderer draws them, back faces count as such.
+//! Distances at samples do not show missing surfaces: near every point there is another leaf, or the other side of a
+//! sheet. Pictures show these. Back faces are distinguished, as in a renderer with culling.
 
 use fieldlod_hierarchy::Aabb;
 use glam::{Vec2, Vec3};
@@ -11,18 +11,18 @@ use super::report::{Verified, VerifyError};
 use super::subject::Subject;
 use crate::plants::picture::Raster;
 
-/// Sides of pictures in pixels. Smaller ones show nothing but silhouettes, which may be off by a pixel or two; larger ones
-/// would cost more and show no more of what is missing.
+/// Sides of pictures in pixels. Smaller pictures show only silhouettes, which may be off by a pixel or two. Larger ones cost
+/// more, and show no more missing surfaces.
 const LEAST_SIDE: usize = 8;
 const MOST_SIDE: usize = 256;
-/// Pixels on each edge of a picture that stay empty.
+/// Empty pixels at each edge of a picture. At least [`AROUND`], so that neighbours exist.
 const MARGIN: usize = 2;
-/// So many pixels around one must show the same: a silhouette may move so far.
+/// Pixels within this distance must show the same, because a silhouette may move by a pixel or two.
 const AROUND: usize = 2;
-/// Fewer pixels than this, of all six pictures, tell nothing.
+/// With fewer pixels in all six pictures, the share of wrong ones is chance.
 const FEWEST_PIXELS: usize = 48;
 
-/// What a pixel shows.
+/// Content of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shown {
     Nothing,
@@ -39,7 +39,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
         .iter()
         .map(|&triangle| subject.corners(triangle))
         .collect();
-    // Many levels have pictures of one size.
+    // Levels with pictures of the same size share those of the source.
     let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
         .collect();
@@ -66,7 +66,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     Ok(())
 }
 
-/// The error at which a view draws a level, in scaled units.
+/// The error of a level, in scaled units.
 fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
     let hierarchy = subject.hierarchy;
     let drawn = subject.cut(|group| hierarchy.groups[group].level >= level);
@@ -83,7 +83,7 @@ fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
     errors.fold(0.0, f32::max) * subject.scaled_from_local
 }
 
-/// The box that fills the pictures.
+/// The region that pictures show.
 struct Frame {
     center: Vec3,
     extent: f32,
@@ -100,7 +100,7 @@ impl Frame {
         })
     }
 
-    /// The side of a picture of which a pixel is no smaller than `error`: a power of two.
+    /// The side of a picture with pixels of at least `error`: a power of two.
     fn side(&self, error: f32) -> Option<usize> {
         let pixels = (self.extent / error.max(f32::MIN_POSITIVE)) as usize;
         (pixels >= LEAST_SIDE).then(|| 1 << pixels.min(MOST_SIDE).ilog2())
@@ -117,11 +117,11 @@ impl Frame {
         let middle = side_with_margin as f32 * 0.5;
         let place = |point: Vec3| {
             let p = (point - self.center) * scale;
-            // The next two axes, so that triangles keep their sense.
+            // The next two axes, so that triangles keep their winding.
             let [u, v] = [p[(axis + 1) % 3], p[(axis + 2) % 3]];
             (Vec2::new(u, v) + middle).extend(p[axis])
         };
-        // The nearest front and back faces, seen from the upper and the lower end.
+        // The nearest front and back faces from both ends of the axis.
         let far = [f32::NEG_INFINITY; 2];
         let mut nearest = vec![[far; 2]; side_with_margin * side_with_margin];
         for corners in triangles {
@@ -143,7 +143,7 @@ impl Frame {
     }
 }
 
-/// A front face hides a back face at the same depth, but for a pixel.
+/// A front face hides a back face at the same depth, with a tolerance of a pixel.
 fn shown([front, back]: [f32; 2]) -> Shown {
     match (front > f32::NEG_INFINITY, back > f32::NEG_INFINITY) {
         (false, false) => Shown::Nothing,
@@ -152,8 +152,8 @@ fn shown([front, back]: [f32; 2]) -> Shown {
     }
 }
 
-/// Of the pixels of a surface that all around them show it, too, the share that does not at the level. A front face must be
-/// one again; in place of a back face any will do.
+/// The share of wrong pixels of a level, among those with equal pixels around them in the source. In place of a front face
+/// there must be a front face, and in place of a back face any face.
 fn wrong_share(source: &[[Vec<Shown>; 2]; 3], level: &[[Vec<Shown>; 2]; 3], side: usize) -> f32 {
     let width = side + 2 * MARGIN;
     let (mut whole, mut wrong) = (0usize, 0usize);

@@ -1,26 +1,26 @@
-//! How much is verified, and what is found.
+//! Settings, results and faults of verification.
 
 use fieldlod_hierarchy::InvalidHierarchy;
 use thiserror::Error;
 
 use crate::mesh::MeshError;
 
-/// How much [`verify`](crate::verify()) checks.
+/// Settings of [`verify`](crate::verify()).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VerifySettings {
     /// Number of random cuts that are checked for holes, overlaps and flipped triangles.
     pub cuts: u32,
-    /// Points per source triangle and level, and four times as many per simplified triangle: ten
-    /// times as many as the bake measures at. At random, but the same each time.
+    /// Points per source triangle and level. Simplified triangles get four times as many, ten times the samples of the
+    /// bake. Points are pseudorandom with a fixed seed.
     pub samples_per_triangle: u32,
-    /// Most points per level and direction; large meshes get fewer per triangle.
+    /// Largest number of points per level and direction. Large meshes get fewer per triangle.
     pub most_samples: u32,
-    /// Share by which a distance may exceed the deviation that the hierarchy states.
+    /// Share by which a distance may exceed the stated deviation.
     pub tolerance: f32,
-    /// Most area of a cut, as a share of the whole, that may face against the source.
+    /// Largest share of the area of a cut that may face away from the source.
     pub flipped_area: f32,
-    /// Most pixels of a level, as a share of the surface in six pictures at the size at which its error is one pixel, that
-    /// may be missing or show a back face.
+    /// Largest share of the pixels of a level that may be missing or show a back face, in six pictures at the size at which
+    /// the error of the level is one pixel.
     pub wrong_pixels: f32,
 }
 
@@ -49,7 +49,7 @@ pub struct Verified {
     pub simplified_to_source: f32,
     /// Number of cuts that were checked.
     pub cuts: u32,
-    /// The largest share of a cut's area that faces against the source.
+    /// The largest share of the area of a cut that faces away from the source.
     pub flipped_area: f32,
     /// The largest share of a level's pixels that are missing or show a back face.
     pub wrong_pixels: f32,
@@ -63,33 +63,33 @@ pub struct Verified {
     reason = "the fields are named by each variant's message"
 )]
 pub enum VerifyError {
-    /// The mesh itself is faulty.
+    /// The source is faulty.
     #[error("the source cannot be baked: {0}")]
     Mesh(#[from] MeshError),
-    /// An invariant is broken that needs no source to check.
+    /// The hierarchy breaks an invariant.
     #[error("{0}")]
     Invalid(#[from] InvalidHierarchy),
-    /// The hierarchy was baked from something else.
+    /// The hierarchy was baked from another mesh.
     #[error("it was baked from another mesh")]
     OtherSource,
-    /// Primitives with one skin should change their levels together.
+    /// Primitives with one skin have different levels.
     #[error(
         "the primitives of its character are missing, or have different levels or another carrier joint"
     )]
     PartsDiffer,
-    /// The finest cut should be the source.
+    /// The finest cut differs from the source.
     #[error("the finest cut has {found} triangles that are not those of the source")]
     FinestCut { found: usize },
-    /// A point of the source is farther from a cut than the cut states.
+    /// A point of the source is farther from a cut than stated.
     #[error(
         "at level {level} a point of the source lies {share:.3} times as far from the cut as the \
          deviation stated"
     )]
     SourceTooFar { level: u32, share: f32 },
-    /// A point of a simplified surface is farther from the source than its group states.
+    /// A point of a simplified surface is farther from the source than stated.
     #[error("the surface of group {group} lies {share:.3} times as far from the source as stated")]
     SimplifiedTooFar { group: usize, share: f32 },
-    /// A cut has an open edge that the source does not have.
+    /// A cut has open edges that the source lacks.
     #[error(
         "cut {cut} of {triangles} triangles has {edges} open edges that are closed in the source"
     )]
@@ -98,7 +98,7 @@ pub enum VerifyError {
         triangles: usize,
         edges: usize,
     },
-    /// Triangles of a cut face the wrong way.
+    /// Too many triangles of a cut face away from the source.
     #[error(
         "{share:.4} of the area of cut {cut} ({triangles} triangles) faces away from the source"
     )]
@@ -107,7 +107,7 @@ pub enum VerifyError {
         triangles: usize,
         share: f32,
     },
-    /// A level does not look like the source where its error should be one pixel.
+    /// A level differs from the source in pictures where its error is one pixel.
     #[error(
         "at level {level} {share:.3} of the pixels are missing or show a back face where its error is one pixel"
     )]

@@ -1,4 +1,4 @@
-//! Deviations by independent random samples.
+//! Deviations at independent random samples.
 
 use fieldlod_hierarchy::Random;
 use glam::Vec3;
@@ -11,7 +11,7 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
-/// How many triangles one task takes samples of.
+/// Triangles per parallel task. Fewer cost scheduling time; more leave threads idle at the end.
 const TRIANGLES_PER_TASK: usize = 512;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
@@ -22,13 +22,13 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     Ok(())
 }
 
-/// Points per triangle, if all levels together have `triangles`.
+/// Points per triangle, up to `most_samples` on all `triangles`.
 fn points_per_triangle(subject: &Subject<'_>, wanted: u32, triangles: usize) -> u32 {
     let affordable = subject.settings.most_samples as usize / triangles.max(1);
     wanted.min(affordable as u32).max(1)
 }
 
-/// A distance as a share of what is stated, but for rounding.
+/// A distance as a share of the stated deviation, without rounding errors.
 fn share_of_stated(distance: f32, stated: f32) -> f32 {
     let beyond_rounding = (distance - ROUNDING).max(0.0);
     if beyond_rounding > 0.0 {
@@ -38,8 +38,7 @@ fn share_of_stated(distance: f32, stated: f32) -> f32 {
     }
 }
 
-/// Checks that every point of what a group was simplified to lies as near to the source as the
-/// group states.
+/// Checks that every point of simplified surfaces is within the stated deviation of the source.
 fn check_simplified_to_source(
     subject: &Subject<'_>,
     verified: &mut Verified,
@@ -47,7 +46,7 @@ fn check_simplified_to_source(
     let hierarchy = subject.hierarchy;
     let source = subject.source_triangles().iter();
     let tree = TriangleTree::new(source.map(|&triangle| subject.corners(triangle)));
-    // All simplified triangles, each with the group that it comes from.
+    // All simplified triangles with their groups.
     let units = hierarchy.units.iter();
     let simplified = units.filter_map(|unit| Some((unit.producer()?, unit)));
     let triangles: Vec<(u32, [u32; 3])> = simplified
@@ -56,7 +55,7 @@ fn check_simplified_to_source(
             triangles.map(move |triangle| (group, triangle))
         })
         .collect();
-    // The largest share of what is stated, and the group where it is.
+    // The largest share of the stated deviation, and its group.
     let wanted = 4 * subject.settings.samples_per_triangle;
     let density = points_per_triangle(subject, wanted, triangles.len());
     let tasks = triangles.par_chunks(TRIANGLES_PER_TASK).enumerate();
@@ -87,8 +86,7 @@ fn check_simplified_to_source(
     Ok(())
 }
 
-/// Checks that every point of the source lies as near to a triangle of the cut at `level` as that
-/// triangle states.
+/// Checks that every point of the source is within the stated deviation of the cut at `level`.
 fn check_source_to_cut(
     subject: &Subject<'_>,
     level: u32,
@@ -100,7 +98,6 @@ fn check_source_to_cut(
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
     let tree = TriangleTree::new(corners);
-    // The largest share of what the cut states.
     let source = subject.source_triangles();
     let density = points_per_triangle(subject, subject.settings.samples_per_triangle, source.len());
     let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
@@ -123,12 +120,12 @@ fn check_source_to_cut(
     Ok(())
 }
 
-/// Looks for the point that is farthest from a cut, as a share of what the cut states there.
+/// Finds the point that is farthest from a cut, relative to the deviation stated there.
 struct WorstSearch<'a> {
     subject: &'a Subject<'a>,
     tree: &'a TriangleTree,
     drawn: &'a [CutTriangle],
-    /// What the last point was near.
+    /// The result for the last point.
     last: Option<NearestTriangle>,
     /// The largest share so far.
     worst: f32,
@@ -155,8 +152,8 @@ impl<'a> WorstSearch<'a> {
     }
 
     fn visit(&mut self, point: Vec3) {
-        // A triangle near enough not to be the worst ends the search, mostly that of the last
-        // point. Where thousands share an edge, each search for the nearest is one among all.
+        // A triangle that is near enough ends the search, usually that of the last point. A search for the nearest of
+        // thousands of triangles with a common edge would visit all of them.
         let stated = self.last.map_or(0.0, |last| self.stated(last));
         let enough = (self.worst * stated + ROUNDING).powi(2);
         self.last = self.tree.near_enough(point, enough, self.last);
@@ -169,7 +166,7 @@ impl<'a> WorstSearch<'a> {
         self.last = self.tree.near_enough(point, ROUNDING * ROUNDING, self.last);
         let mut share = self.last.map_or(0.0, |nearest| self.share_of(nearest));
         if share > 1.0 {
-            // Another piece, not quite as near, may state more.
+            // A triangle that is farther away may have a larger stated deviation.
             share = share.min(self.least_share(point));
         }
         self.worst = self.worst.max(share);
@@ -179,7 +176,7 @@ impl<'a> WorstSearch<'a> {
     fn least_share(&self, point: Vec3) -> f32 {
         let point = point.as_dvec3();
         let shares = self.drawn.iter().map(|triangle| {
-            // In double precision: the rounding of a needle is larger than that of a point.
+            // In double precision, because rounding errors of needles are larger than those of points.
             let corners = self.subject.corners(triangle.corners);
             let distance = exact_distance(point, corners.map(Vec3::as_dvec3));
             share_of_stated(
@@ -191,7 +188,7 @@ impl<'a> WorstSearch<'a> {
     }
 }
 
-/// A point of the triangle, all equally likely.
+/// A random point of the triangle, uniformly distributed.
 fn point_on([a, b, c]: [Vec3; 3], random: &mut Random) -> Vec3 {
     let (mut u, mut v) = (random.unit(), random.unit());
     if u + v > 1.0 {
@@ -206,7 +203,7 @@ mod tests {
     use crate::mesh::used_vertices::Compact;
     use crate::{BakeConfig, VerifySettings, bake_mesh, fixtures};
 
-    /// Searches that end early miss nothing: checked against every triangle for every point.
+    /// Compares searches that end early with all triangles for all points.
     #[test]
     fn no_point_is_worse_than_the_worst_that_is_found() {
         for mesh in [fixtures::rock(3, 1), fixtures::non_manifold_fan(300)] {

@@ -8,7 +8,7 @@ use crate::levels::vertices::power_of_two_above;
 use crate::mesh::SourceMesh;
 use crate::mesh::used_vertices::Compact;
 
-/// A hierarchy, the mesh it should come from, and how much is to be checked.
+/// A hierarchy, its source mesh, and the settings.
 pub(super) struct Subject<'a> {
     pub(super) mesh: &'a SourceMesh,
     pub(super) hierarchy: &'a Hierarchy,
@@ -16,15 +16,15 @@ pub(super) struct Subject<'a> {
     /// Positions of all vertices in scaled units, in which squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
-    /// For each vertex of the source, the first at its place.
+    /// For each vertex of the source, the first at its position.
     pub(super) place: Vec<u32>,
 }
 
 /// A triangle of a cut.
 pub(super) struct CutTriangle {
-    /// The group whose simplification it is; `None` for source geometry.
+    /// The group that simplified it. `None` for source geometry.
     pub(super) produced_by: Option<u32>,
-    /// Its vertices.
+    /// Indices of its vertices.
     pub(super) corners: [u32; 3],
 }
 
@@ -60,7 +60,7 @@ impl<'a> Subject<'a> {
         triangle.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// The deviation stated for what `producer` made, in scaled units; 0 for source geometry.
+    /// The stated deviation of triangles from `producer`, in scaled units. 0 for source geometry.
     pub(super) fn deviation_in_scaled(&self, producer: Option<u32>) -> f32 {
         let group = producer.map(|group| &self.hierarchy.groups[group as usize]);
         group.map_or(0.0, |group| group.deviation_in_local) * self.scaled_from_local

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use fieldlod_bake::SourceMesh;
+use fieldlod_bake::{SourceMesh, UnpackedGltf};
 use glam::{Vec2, Vec3};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -101,6 +101,37 @@ impl GltfFile {
         self.list("accessors").len() - 1
     }
 
+    /// Adds vectors with `stride` bytes each.
+    pub(crate) fn add_strided(
+        &mut self,
+        bytes: &[u8],
+        component: u32,
+        stride: usize,
+        is_normalized: bool,
+    ) -> usize {
+        let index = self.add_accessor(bytes, component, "VEC3", bytes.len() / stride);
+        let accessor = &mut self.json["accessors"][index];
+        accessor["normalized"] = json!(is_normalized);
+        (accessor["min"], accessor["max"]) = (json!([0, 0, 0]), json!([0, 0, 0]));
+        let view = accessor["bufferView"].as_u64().unwrap() as usize;
+        self.json["bufferViews"][view]["byteStride"] = json!(stride);
+        index
+    }
+
+    /// Compresses a view: the extension refers to `packed`, and the view itself to a buffer that does not exist.
+    pub(crate) fn pack(&mut self, view: usize, extension: &str, packed: &[u8], mut object: Value) {
+        object["buffer"] = json!(0);
+        object["byteOffset"] = json!(self.binary.len());
+        object["byteLength"] = json!(packed.len());
+        self.binary.extend(packed);
+        let view = &mut self.json["bufferViews"][view];
+        view["buffer"] = json!(1);
+        view["extensions"] = json!({ extension: object });
+        let fallback = json!({ extension: { "fallback": true } });
+        self.json["buffers"] = json!([{ "byteLength": self.binary.len() },
+            { "byteLength": 1 << 20, "extensions": fallback }]);
+    }
+
     pub(crate) fn list(&mut self, name: &str) -> &mut Vec<Value> {
         self.json[name].as_array_mut().unwrap()
     }
@@ -142,21 +173,8 @@ impl GltfFile {
         if self.json["buffers"].as_array().is_some_and(Vec::is_empty) {
             self.json["buffers"] = json!([{ "byteLength": self.binary.len() }]);
         }
-        let mut json = self.json.to_string().into_bytes();
-        json.resize(json.len().next_multiple_of(4), b' ');
-        let mut binary = self.binary.clone();
-        binary.resize(binary.len().next_multiple_of(4), 0);
-        let length = 12 + 8 + json.len() + 8 + binary.len();
-        let mut bytes = b"glTF".to_vec();
-        for number in [2, length as u32, json.len() as u32] {
-            bytes.extend(number.to_le_bytes());
-        }
-        bytes.extend(b"JSON");
-        bytes.extend(json);
-        bytes.extend((binary.len() as u32).to_le_bytes());
-        bytes.extend(b"BIN\0");
-        bytes.extend(binary);
-        bytes
+        let (json, binary) = (self.json.clone(), self.binary.clone());
+        UnpackedGltf { json, binary }.to_glb()
     }
 
     /// Writes a `.gltf` file whose only buffer is at `uri`.

@@ -1,6 +1,6 @@
 //! Animation clips.
 //!
-//! They are read leniently: a channel or a clip that cannot be read gives no poses, and is no error.
+//! Faulty channels and clips are left out. They are no error, because levels do not need them.
 
 use gltf::Document;
 use serde_json::Value;
@@ -22,13 +22,13 @@ pub struct Clip {
 pub struct Channel {
     /// The node, as an index into [`Import::nodes`](super::super::Import::nodes).
     pub node: u32,
-    /// What is animated.
+    /// The animated property.
     pub property: Property,
-    /// How values between keyframes are found.
+    /// Interpolation between keyframes.
     pub interpolation: Interpolation,
     /// Times of the keyframes in seconds, ascending and finite.
     pub times: Vec<f32>,
-    /// Values of the keyframes, finite and equally many for each. Cubic splines have three times as many.
+    /// Values of the keyframes, finite and equally many for each. Cubic splines have two tangents for each value.
     pub values: Vec<f32>,
 }
 
@@ -45,14 +45,14 @@ pub enum Property {
     Weights,
 }
 
-/// How values between keyframes are found.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// That of the keyframe before.
+    /// The value of the previous keyframe.
     Step,
-    /// Between the two keyframes.
+    /// Linear between two keyframes.
     Linear,
-    /// On a cubic spline.
+    /// A cubic spline with tangents.
     CubicSpline,
 }
 

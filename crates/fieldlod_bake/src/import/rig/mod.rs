@@ -1,4 +1,4 @@
-//! Skins, morph targets and animations: what moves the vertices of a primitive.
+//! Skins, morph targets and animations, which move the vertices of a primitive.
 
 pub(super) mod clips;
 
@@ -8,17 +8,17 @@ use glam::{Mat4, Quat, Vec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Primitive, Semantic};
 
-use super::accessor::{read_numbers, read_vectors};
+use super::accessor::{VertexReader, read_numbers};
 use super::buffers::Buffers;
 use super::error::PrimitiveFault;
 use super::rig_fault::RigFault;
 
-/// Most joints of a skin that Bevy draws.
+/// Largest number of joints of a skin that Bevy draws.
 const MOST_JOINTS: usize = 256;
-/// Most morph targets that Bevy draws.
+/// Largest number of morph targets that Bevy draws.
 const MOST_TARGETS: usize = 256;
 
-/// What moves the vertices of a primitive: a skin, morph targets or both. The values are those of Bevy's loader.
+/// A skin, morph targets or both, with the values that Bevy's loader reads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
     /// The skin, as an index into [`Import::skins`](super::Import::skins).
@@ -61,7 +61,7 @@ pub struct Skin {
 pub struct Node {
     /// Its name, or an empty string.
     pub name: String,
-    /// The node that it is attached to. Parents are no cycle.
+    /// The parent. Parents form no cycle.
     pub parent: Option<u32>,
     /// The mesh that it draws.
     pub mesh: Option<u32>,
@@ -75,7 +75,14 @@ pub struct Node {
     pub weights: Vec<f32>,
 }
 
-/// All nodes of a file. A node below itself is a root.
+impl Node {
+    /// The transform without animation, relative to the parent.
+    pub(super) fn transform(&self) -> Mat4 {
+        Mat4::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
+}
+
+/// All nodes of a file. One node of each cycle becomes a root.
 pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
     let node = |node: gltf::Node<'_>| {
         let (translation, rotation, scale) = node.transform().decomposed();
@@ -101,7 +108,7 @@ pub(super) fn nodes_of(document: &Document) -> Vec<Node> {
     nodes
 }
 
-/// Makes a root of one node of each cycle. Each node is visited once, as chains may be long.
+/// Makes one node of each cycle a root. Each node is visited once, because chains may be long.
 fn cut_cycles(nodes: &mut [Node]) {
     let mut visited_from = vec![None; nodes.len()];
     for start in 0..nodes.len() {
@@ -120,7 +127,7 @@ fn cut_cycles(nodes: &mut [Node]) {
     }
 }
 
-/// A node and the nodes that it is attached to, from the nearest on.
+/// A node and its ancestors, the nearest first.
 pub(crate) fn ancestors(nodes: &[Node], node: u32) -> impl Iterator<Item = u32> + '_ {
     std::iter::successors(Some(node), |&node| nodes[node as usize].parent)
 }
@@ -165,12 +172,10 @@ fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, Primitive
         None => vec![Mat4::IDENTITY; joints.len()],
         Some(accessor) => read_matrices(&accessor, buffers)?,
     };
-    if inverse_binds.len() < joints.len() {
-        return Err(RigFault::InverseBinds {
-            count: inverse_binds.len(),
-            joints: joints.len(),
-        }
-        .into());
+    let (count, needed) = (inverse_binds.len(), joints.len());
+    if count < needed {
+        let joints = needed;
+        return Err(RigFault::InverseBinds { count, joints }.into());
     }
     let is_usable = |m: &Mat4| m.is_finite() && m.determinant().is_normal();
     match inverse_binds.iter().position(|matrix| !is_usable(matrix)) {
@@ -187,51 +192,40 @@ fn read_matrices(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<Mat4>
     if !is_matrix || accessor.data_type() != DataType::F32 {
         return Err(RigFault::Format("inverse bind matrices").into());
     }
-    let numbers = read_numbers(accessor, buffers).map_err(|fault| PrimitiveFault::Accessor {
-        attribute: "inverse bind matrices",
-        fault,
-    })?;
+    let numbers = read_numbers(accessor, buffers);
+    let numbers = numbers.map_err(PrimitiveFault::accessor("inverse bind matrices"))?;
     let (matrices, _) = numbers.as_chunks::<16>();
     Ok(matrices.iter().map(Mat4::from_cols_array).collect())
 }
 
-/// Reads the rig of a primitive with `vertex_count` vertices: of the vertices `only`, or of all.
-///
-/// `skin` is the index of its skin, and the skin.
+/// Reads the rig of a primitive. `skin` is its skin with its index.
 pub(super) fn read_rig(
     primitive: &Primitive<'_>,
-    buffers: &Buffers,
+    vertices: VertexReader<'_>,
     skin: Option<(u32, &Skin)>,
-    vertex_count: usize,
-    only: Option<&[u32]>,
 ) -> Result<Option<Rig>, PrimitiveFault> {
     let reader = Reader {
-        buffers,
-        vertex_count,
-        only,
+        primitive,
+        vertices,
     };
     let mut rig = Rig::default();
     if let Some((index, skin)) = skin {
         rig.skin = Some(index);
-        (rig.joints, rig.weights) = reader.joints(primitive, skin)?;
+        (rig.joints, rig.weights) = reader.joints(skin)?;
     }
-    rig.targets = reader.targets(primitive)?;
+    rig.targets = reader.targets()?;
     Ok((skin.is_some() || !rig.targets.is_empty()).then_some(rig))
 }
 
 struct Reader<'a> {
-    buffers: &'a Buffers,
-    vertex_count: usize,
-    only: Option<&'a [u32]>,
+    primitive: &'a Primitive<'a>,
+    vertices: VertexReader<'a>,
 }
 
 impl Reader<'_> {
-    fn joints(
-        &self,
-        primitive: &Primitive<'_>,
-        skin: &Skin,
-    ) -> Result<(Vec<[u16; 4]>, Vec<[f32; 4]>), PrimitiveFault> {
+    fn joints(&self, skin: &Skin) -> Result<(Vec<[u16; 4]>, Vec<[f32; 4]>), PrimitiveFault> {
         use DataType::{F32, U8, U16};
+        let primitive = self.primitive;
         // Bevy reads the first four joints of a vertex.
         let joints = primitive.get(&Semantic::Joints(0));
         let joints = joints.filter(|a| matches!(a.data_type(), U8 | U16) && !a.normalized());
@@ -250,21 +244,21 @@ impl Reader<'_> {
         Ok((joints, weights))
     }
 
-    fn targets(&self, primitive: &Primitive<'_>) -> Result<Vec<Vec<Vec3>>, PrimitiveFault> {
+    fn targets(&self) -> Result<Vec<Vec<Vec3>>, PrimitiveFault> {
+        let primitive = self.primitive;
         let targets = primitive.morph_targets();
         let count = targets.len();
         if count > MOST_TARGETS {
             return Err(RigFault::TooManyTargets { count }.into());
         }
-        // Bevy gives each triangle its own vertices then, but not its own deltas.
+        // Bevy would give each triangle its own vertices, but not its own deltas.
         let lacks_normals = primitive.get(&Semantic::Normals).is_none();
         if count > 0 && lacks_normals && primitive.indices().is_some() {
             return Err(RigFault::MorphedWithoutNormals.into());
         }
         let target = |target: gltf::mesh::MorphTarget<'_>| {
             let Some(positions) = target.positions() else {
-                let count = self.only.map_or(self.vertex_count, <[u32]>::len);
-                return Ok(vec![Vec3::ZERO; count]);
+                return Ok(vec![Vec3::ZERO; self.vertices.count()]);
             };
             if positions.data_type() != DataType::F32 {
                 return Err(RigFault::Format("morph targets").into());
@@ -288,16 +282,7 @@ impl Reader<'_> {
         if accessor.dimensions() != shape {
             return Err(RigFault::Format(attribute).into());
         }
-        let (count, vertices) = (accessor.count(), self.vertex_count);
-        if count != vertices {
-            return Err(PrimitiveFault::Mesh(crate::MeshError::AttributeCount {
-                attribute,
-                count,
-                vertices,
-            }));
-        }
-        let vectors = read_vectors(accessor, self.buffers, [0.0; N], self.only);
-        vectors.map_err(|fault| PrimitiveFault::Accessor { attribute, fault })
+        self.vertices.read(accessor, [0.0; N], attribute)
     }
 }
 

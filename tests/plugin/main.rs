@@ -19,7 +19,6 @@ mod gltf_file;
 mod headless;
 mod kinds;
 mod life;
-mod processed;
 mod rejects;
 mod scenes;
 mod settings;

@@ -1,4 +1,4 @@
-//! Apps without a window, and what is put into them.
+//! Apps without a window, and fixtures for them.
 
 use std::time::{Duration, Instant};
 
@@ -31,7 +31,7 @@ pub fn windowless() -> PluginGroupBuilder {
         })
 }
 
-/// As [`windowless`], without a renderer either: all is made ready to be drawn, and nothing drawn.
+/// [`windowless`] without a renderer: frames are prepared and not drawn.
 pub fn rendererless() -> PluginGroupBuilder {
     windowless().set(RenderPlugin {
         render_creation: WgpuSettings {
@@ -43,7 +43,7 @@ pub fn rendererless() -> PluginGroupBuilder {
     })
 }
 
-/// An app of the [`rendererless`] plugins and ours.
+/// An app with the [`rendererless`] plugins and [`FieldLodPlugin`].
 pub fn rendererless_app() -> App {
     let mut app = App::new();
     app.add_plugins((rendererless(), FieldLodPlugin));
@@ -51,13 +51,13 @@ pub fn rendererless_app() -> App {
     app
 }
 
-/// Lets an app's plugins do what they do once all are there.
+/// Finishes the plugins of an app.
 pub fn finish(app: &mut App) {
     app.finish();
     app.cleanup();
 }
 
-/// Runs frames until so many entities have their levels of detail, and some more.
+/// Runs frames until `ready` entities have levels of detail or are plain, and five more.
 ///
 /// # Panics
 /// After two minutes.
@@ -82,7 +82,7 @@ pub fn drawn_level(world: &mut World, prop: Entity, camera: Entity) -> Option<u3
     Some(*levels.start())
 }
 
-/// A camera that draws to an image of its own.
+/// A camera that draws to its own image.
 pub fn spawn_camera(world: &mut World, size_px: UVec2, pose: Transform) -> Entity {
     let format = TextureFormat::Rgba8UnormSrgb;
     let image = Image::new_target_texture(size_px.x, size_px.y, format, None);

@@ -1,4 +1,4 @@
-//! Files of characters for the suites `plugin` and `rendering`.
+//! Files with characters, for the suites `plugin` and `rendering`.
 
 use glam::Vec3;
 use serde_json::json;

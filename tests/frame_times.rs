@@ -1,4 +1,4 @@
-//! How long the parts of a frame take.
+//! Times of the parts of a frame.
 
 use std::time::{Duration, Instant};
 

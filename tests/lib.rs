@@ -1,5 +1,4 @@
-//! What the suites and benches of this package share: meshes made by the program, and apps to put
-//! them in.
+//! Fixtures of the suites and benches: generated meshes, apps and scenes.
 
 pub mod apps;
 pub mod frame_times;

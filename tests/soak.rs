@@ -1,4 +1,4 @@
-//! A world in which anything may happen at any time, and a simple model of what must be drawn.
+//! A world with random changes, and a simple model of what must be drawn.
 
 use std::any::TypeId;
 use std::collections::{HashMap, HashSet};
@@ -19,7 +19,7 @@ struct Object {
     is_shown: bool,
 }
 
-/// What there is in the world.
+/// Numbers of entities and assets of a world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Counts {
     /// All entities.
@@ -28,7 +28,7 @@ pub struct Counts {
     pub meshes: usize,
 }
 
-/// A world with two cameras, to which something happens in each frame.
+/// A world with two cameras and a random change in each frame.
 #[derive(Debug)]
 pub struct Soak {
     app: App,
@@ -46,7 +46,7 @@ const MOST_OBJECTS: usize = 24;
 const KINDS: [LodKind; 2] = [LodKind::Auto, LodKind::Clusters];
 
 impl Soak {
-    /// A world without objects and meshes. The same `seed` has the same things happen.
+    /// A world without objects and meshes. Equal seeds make equal changes.
     pub fn new(seed: u64) -> Self {
         let mut app = rendererless_app();
         let world = app.world_mut();
@@ -71,7 +71,7 @@ impl Soak {
         soak
     }
 
-    /// What there is.
+    /// Numbers of entities and assets.
     pub fn counts(&mut self) -> Counts {
         let world = self.app.world_mut();
         Counts {
@@ -89,17 +89,17 @@ impl Soak {
         (self.random % end as u64) as usize
     }
 
-    /// One thing happens, a frame is drawn, and what it drew is checked.
+    /// Makes one change, draws a frame and checks what it drew.
     ///
     /// # Panics
-    /// If the frame drew anything but the model.
+    /// If the frame drew something else than the model.
     pub fn step(&mut self) {
-        self.happen();
+        self.change_something();
         self.app.update();
         self.check();
     }
 
-    /// Makes meshes that are small, props and cut into units, with their levels of detail.
+    /// Adds small meshes, props and large meshes, with their levels of detail.
     pub fn fill(&mut self) {
         let world = self.app.world_mut();
         for (subdivisions, seed) in [(2, 1), (3, 2), (4, 3), (5, 4)] {
@@ -119,7 +119,7 @@ impl Soak {
         });
     }
 
-    /// Despawns all objects and drops their meshes, and waits until nothing is left of them.
+    /// Despawns all objects, drops their meshes, and waits until all units are despawned.
     pub fn clear(&mut self) {
         for object in std::mem::take(&mut self.objects) {
             self.app.world_mut().despawn(object.entity);
@@ -129,7 +129,7 @@ impl Soak {
         (0..64).for_each(|_| self.app.update());
     }
 
-    fn happen(&mut self) {
+    fn change_something(&mut self) {
         match self.below(12) {
             0 | 1 => self.spawn(),
             2 => self.despawn(),
@@ -236,11 +236,11 @@ impl Soak {
             let source = self.below(self.sources.len());
             let mut meshes = self.app.world_mut().resource_mut::<Assets<Mesh>>();
             let mesh = meshes.get_mut(&self.sources[source]);
-            mesh.expect("someone holds it").into_inner();
+            mesh.expect("`sources` has the handle").into_inner();
         }
     }
 
-    /// Checks what each camera draws: all objects that are shown, each whole and once, and nothing else.
+    /// Checks that each camera draws all shown objects, each whole and once, and nothing else.
     fn check(&mut self) {
         let world = self.app.world();
         for (camera, has_pixels) in self.cameras.into_iter().zip(self.has_pixels) {

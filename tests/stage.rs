@@ -19,7 +19,7 @@ use image::RgbaImage;
 
 use crate::apps::{finish, windowless};
 
-/// Width and height of pictures, in pixels, unless said otherwise.
+/// Default width and height of pictures, in pixels.
 pub const SIZE_PX: u32 = 256;
 
 /// A camera and the image that it draws to.
@@ -30,10 +30,10 @@ pub struct Eye {
     target: Handle<Image>,
 }
 
-/// An app with the plugin, and no adapter but a graphics one.
+/// An app with the plugin and a graphics adapter.
 #[derive(Debug)]
 pub struct Stage {
-    /// The app, for what has no method here.
+    /// The app.
     pub app: App,
 }
 
@@ -49,14 +49,14 @@ pub fn plugins() -> PluginGroupBuilder {
 }
 
 impl Stage {
-    /// An empty scene; `None`, said loudly, without an adapter.
+    /// An empty scene. Without an adapter, prints a line and returns `None`.
     pub fn new() -> Option<Self> {
         let mut stage = Self::unfinished()?;
         stage.finish();
         Some(stage)
     }
 
-    /// One where the GPU culls and one where the CPU does; none, said loudly, without an adapter.
+    /// A stage where the GPU culls and one where the CPU culls; none without an adapter.
     pub fn with_each_culling() -> impl Iterator<Item = Self> {
         [true, false].into_iter().filter_map(|gpu_culling| {
             let mut stage = Self::new()?;
@@ -71,14 +71,14 @@ impl Stage {
         })
     }
 
-    /// As [`Stage::new`], but more plugins may be added before [`Stage::finish`].
+    /// [`Stage::new`], to which plugins can be added before [`Stage::finish`].
     pub fn unfinished() -> Option<Self> {
         let mut stage = Self::stock()?;
         stage.app.add_plugins(FieldLodPlugin);
         Some(stage)
     }
 
-    /// As [`Stage::unfinished`], with the assets of a folder.
+    /// [`Stage::unfinished`] with the assets of a folder.
     pub fn unfinished_in(folder: &Path) -> Option<Self> {
         let mut stage = Self::stock_with(plugins().set(AssetPlugin {
             file_path: folder.display().to_string(),
@@ -88,19 +88,19 @@ impl Stage {
         Some(stage)
     }
 
-    /// As [`Stage::unfinished`], without the plugin.
+    /// [`Stage::unfinished`] without the plugin.
     pub fn stock() -> Option<Self> {
         Self::stock_with(plugins())
     }
 
-    /// As [`Stage::stock`], of other plugins of Bevy.
+    /// [`Stage::stock`] with other plugins of Bevy.
     pub fn stock_with(plugins: PluginGroupBuilder) -> Option<Self> {
         if !has_adapter() {
             assert!(
                 std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
                 "no Vulkan adapter: install mesa-vulkan-drivers"
             );
-            // Not `eprintln!`, which the test harness keeps to itself when a test passes.
+            // The test harness hides the output of `eprintln!` when a test passes.
             let line =
                 "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one\n";
             std::io::stderr().write_all(line.as_bytes()).unwrap();
@@ -111,7 +111,7 @@ impl Stage {
         Some(Self { app })
     }
 
-    /// Lets the plugins do what they do once all are there.
+    /// Finishes the plugins.
     pub fn finish(&mut self) {
         while self.app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
@@ -134,12 +134,12 @@ impl Stage {
         self.app.world_mut().resource_mut::<Assets<A>>().add(asset)
     }
 
-    /// Adds a camera that draws a picture of its own on a background of `background`.
+    /// Adds a camera that draws to its own picture, with this background.
     pub fn add_eye(&mut self, pose: Transform, background: Color, view: FieldLodCamera) -> Eye {
         self.add_eye_of_size(UVec2::splat(SIZE_PX), pose, background, view)
     }
 
-    /// As [`Stage::add_eye`], for pictures of another size.
+    /// [`Stage::add_eye`] with another size.
     pub fn add_eye_of_size(
         &mut self,
         size_px: UVec2,
@@ -167,7 +167,7 @@ impl Stage {
         Eye { entity, target }
     }
 
-    /// Draws frames until no mesh waits for its hierarchy, and one more.
+    /// Draws frames until no entity waits for its levels, and one more.
     pub fn run_until_ready(&mut self) {
         let deadline = Instant::now() + Duration::from_secs(120);
         self.app.update();
@@ -179,7 +179,7 @@ impl Stage {
         self.app.update();
     }
 
-    /// Asks for pictures of the next frame. They arrive some frames later.
+    /// Requests pictures of the next frame. They arrive some frames later.
     pub fn request(&mut self, eyes: &[&Eye]) -> Vec<Pending> {
         eyes.iter()
             .map(|eye| {
@@ -209,14 +209,14 @@ impl Stage {
         }
     }
 
-    /// Pictures of one and the same frame.
+    /// Pictures of the same frame.
     pub fn shoot<const N: usize>(&mut self, eyes: [&Eye; N]) -> [RgbaImage; N] {
         let pending = self.request(&eyes);
         let pictures: Vec<RgbaImage> = pending.iter().map(|p| self.wait(p)).collect();
         pictures.try_into().unwrap()
     }
 
-    /// The numbers of a camera's last frame.
+    /// The statistics of a camera's last frame.
     pub fn stats(&self, eye: &Eye) -> FieldLodViewStats {
         *self
             .app

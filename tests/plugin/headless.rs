@@ -1,4 +1,4 @@
-//! An app without window and renderer, and what it logs.
+//! An app without a window and a renderer, and its log.
 
 use std::any::TypeId;
 use std::fmt::{Debug, Write};
@@ -16,7 +16,7 @@ use bevy::log::tracing_subscriber::util::SubscriberInitExt;
 use bevy::log::tracing_subscriber::{Layer, registry};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{LodOrigin, LodUnit};
+use bevy_fieldlod::{LodError, LodOrigin, LodUnit};
 use fieldlod_tests::apps::{self, bevy_mesh, finish, rendererless};
 
 /// An app with the plugin.
@@ -34,7 +34,7 @@ pub(crate) fn app_in(folder: &Path) -> App {
     app
 }
 
-/// An app with the plugin, and one more.
+/// An app with the plugin and another plugin.
 pub(crate) fn app_with(plugin: impl Plugin) -> App {
     let mut app = unfinished(AssetPlugin::default());
     app.add_plugins(plugin);
@@ -57,11 +57,13 @@ pub(crate) fn unfinished(assets: AssetPlugin) -> App {
     unfinished_in(App::new(), assets)
 }
 
-/// As [`unfinished`], in an app that has something already.
+/// [`unfinished`] with an existing app.
 pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     listen();
     app.add_plugins((rendererless().set(assets), FieldLodPlugin))
         .init_resource::<Events>()
+        .init_resource::<Failures>()
+        .add_observer(note_failure)
         .add_systems(Last, note_events);
     app
 }
@@ -77,7 +79,22 @@ fn note_events(mut events: MessageReader<FieldLodEvent>, mut noted: ResMut<Event
     noted.0.extend(events.read().cloned());
 }
 
-/// Where the levels of detail came from, in order.
+/// The errors of entities.
+#[derive(Resource, Default)]
+struct Failures(Vec<LodError>);
+
+fn note_failure(failed: On<LodFailed>, mut failures: ResMut<Failures>) {
+    if failed.entity == failed.original_event_target() {
+        failures.0.push(failed.error.clone());
+    }
+}
+
+/// The errors of entities so far.
+pub(crate) fn failures(app: &App) -> &[LodError] {
+    &app.world().resource::<Failures>().0
+}
+
+/// The sources of levels of detail, in order.
 pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
     let events = app.world().resource::<Events>().0.iter();
     events
@@ -98,7 +115,7 @@ pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App
     }
 }
 
-/// How far the entities have come.
+/// The states of all entities.
 pub(crate) fn progress(app: &App) -> FieldLodProgress {
     *app.world().resource::<FieldLodProgress>()
 }
@@ -109,7 +126,7 @@ pub(crate) fn ready(app: &mut App, count: u32) {
     app.update();
 }
 
-/// What a camera drew in the last frame.
+/// Statistics of the last frame of a camera.
 pub(crate) fn stats(app: &App, camera: Entity) -> FieldLodViewStats {
     *app.world().get::<FieldLodViewStats>(camera).unwrap()
 }
@@ -125,19 +142,19 @@ pub(crate) fn levels(app: &mut App, object: Entity, camera: Entity) -> Option<Ra
     app.world_mut().run_system_once(find).unwrap()
 }
 
-/// The meshes that a camera draws.
+/// The mesh entities that a camera draws.
 pub(crate) fn visible(app: &App, camera: Entity) -> Vec<Entity> {
     let visible = app.world().get::<VisibleEntities>(camera).unwrap();
     visible.get(TypeId::of::<Mesh3d>()).to_vec()
 }
 
-/// All units that have an entity.
+/// The entities of all units.
 pub(crate) fn units(app: &mut App) -> Vec<Entity> {
     let mut units = app.world_mut().query_filtered::<Entity, With<LodUnit>>();
     units.iter(app.world()).collect()
 }
 
-/// How many entities have a mesh.
+/// The number of entities with a mesh.
 pub(crate) fn entity_count(app: &mut App) -> usize {
     app.world_mut().query::<&Mesh3d>().iter(app.world()).len()
 }
@@ -159,17 +176,17 @@ pub(crate) fn insert(app: &mut App, entity: Entity, bundle: impl Bundle) {
     app.world_mut().entity_mut(entity).insert(bundle);
 }
 
-/// A rock of 20 triangles, each subdivided so many times.
+/// A rock of 20 triangles, each subdivided this many times.
 pub(crate) fn rock(subdivisions: u32, seed: u32) -> Mesh {
     bevy_mesh(&fieldlod_tests::rock(subdivisions, seed))
 }
 
-/// Spawns a rock that is to have levels of detail.
+/// Spawns a rock with an [`AutoLod`].
 pub(crate) fn spawn_rock(app: &mut App, subdivisions: u32) -> Entity {
     spawn_object(app, rock(subdivisions, 1))
 }
 
-/// Spawns a mesh that is to have levels of detail.
+/// Spawns a mesh with an [`AutoLod`].
 pub(crate) fn spawn_object(app: &mut App, mesh: Mesh) -> Entity {
     let mesh = Mesh3d(add(app, mesh));
     let material = MeshMaterial3d(add(app, StandardMaterial::default()));
@@ -183,12 +200,12 @@ pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
     apps::spawn_camera(app.world_mut(), UVec2::new(1280, 720), pose)
 }
 
-/// Whether a line at `level` was logged that holds all of `words`.
+/// Whether a line at `level` with all of `words` was logged.
 pub(crate) fn logged(level: Level, words: &[&str]) -> bool {
     logged_times(level, words) > 0
 }
 
-/// How many lines at `level` were logged that hold all of `words`.
+/// The number of logged lines at `level` with all of `words`.
 pub(crate) fn logged_times(level: Level, words: &[&str]) -> usize {
     let lines = LINES.lock().unwrap();
     let has_all = |line: &str| words.iter().all(|word| line.contains(word));

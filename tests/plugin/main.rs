@@ -1,15 +1,9 @@
-//! The plugin in an app without a renderer: what it takes in, what it leaves alone, what it says.
+//! The plugin in an app without a renderer.
 
-mod background;
-mod cache;
 #[path = "../../crates/fieldlod_bake/tests/common/character.rs"]
 mod character;
 #[path = "../character_files.rs"]
 mod character_files;
-mod characters;
-mod copies;
-mod despawns;
-mod game_code;
 #[path = "../../crates/fieldlod_bake/tests/common/gltf_file.rs"]
 #[expect(
     dead_code,
@@ -17,17 +11,39 @@ mod game_code;
 )]
 mod gltf_file;
 mod headless;
-mod kinds;
-mod life;
-mod processed;
-mod rejects;
-mod scenes;
-mod settings;
-mod soak;
-mod standalone;
-mod stock;
 mod streamed;
-mod surfaces;
-mod textures;
-mod views;
-mod visible_flux;
+
+/// Bakes and their cache.
+mod baking {
+    mod background;
+    mod cache;
+}
+
+/// Kinds of meshes and files.
+mod content {
+    mod characters;
+    mod kinds;
+    mod rejects;
+    mod scenes;
+    mod standalone;
+    mod surfaces;
+}
+
+/// Features of Bevy and code of games.
+mod game {
+    mod copies;
+    mod despawns;
+    mod game_code;
+    mod life;
+    mod soak;
+    mod stock;
+}
+
+/// Cameras and what they draw.
+mod views {
+    mod cameras;
+    mod debug;
+    mod settings;
+    mod textures;
+    mod visible_flux;
+}

@@ -4,7 +4,7 @@ use bevy::color::palettes::css;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::{bevy_mesh, drawn_level};
+use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage};
 use image::RgbaImage;
 
@@ -78,7 +78,7 @@ fn two_cameras_draw_own_cuts_and_shadows() {
         "{fine_stats:?} {coarse_stats:?}"
     );
 
-    // Side by side, each draws just what it draws alone: object and shadow.
+    // Side by side, each draws the same object and shadow as alone.
     let (Some(fine_alone), Some(coarse_alone)) = (alone(FINE_PX, true), alone(COARSE_PX, true))
     else {
         return;
@@ -86,7 +86,7 @@ fn two_cameras_draw_own_cuts_and_shadows() {
     assert_eq!(count(&difference(&fine, &fine_alone)), 0);
     assert_eq!(count(&difference(&coarse, &coarse_alone)), 0);
 
-    // Where only the shadow is, the two cuts show too.
+    // The shadows differ too, at pixels that show no object.
     let Some(without_shadow) = alone(FINE_PX, false) else {
         return;
     };
@@ -110,44 +110,18 @@ fn two_cameras_draw_own_cuts_and_shadows() {
 }
 
 #[test]
-fn full_detail_draws_source() {
-    let Some(mut stage) = Stage::new() else {
-        return;
-    };
-    add_scene(&mut stage, true);
-    let eye = add_eye(&mut stage, COARSE_PX);
-    stage.insert(eye.entity, FieldLodCamera::at_level(0));
-    stage.run_until_ready();
-    let stats = stage.stats(&eye);
-    assert_eq!(stats.triangles_drawn, 20 * 4u64.pow(5));
-    assert_eq!(stats.triangles_drawn, stats.triangles_full);
-    assert_eq!(stats.units_drawn, 0);
-}
-
-#[test]
-fn removed_camera_is_ignored() {
+fn despawned_camera_is_ignored() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
     add_scene(&mut stage, false);
-    let prop = stage.add(bevy_mesh(&fieldlod_tests::rock(4, 7)));
-    let prop = stage.spawn((Mesh3d(prop.clone()), AutoLod::default()));
     let fine_eye = add_eye(&mut stage, 0.1);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
     stage.run_until_ready();
-    let coarse_camera = coarse_eye.entity;
-    let level = |stage: &mut Stage| drawn_level(stage.app.world_mut(), prop, coarse_camera);
-    let fine = level(&mut stage);
-    stage.app.world_mut().entity_mut(fine_eye.entity).despawn();
-    stage.app.update();
-    stage.app.update();
-    assert!(level(&mut stage) > fine);
+    stage.app.world_mut().despawn(fine_eye.entity);
     // Longer than the entities of units outlive their last view.
-    for _ in 0..64 {
-        stage.app.update();
-    }
+    (0..64).for_each(|_| stage.app.update());
     let world = stage.app.world_mut();
     let units = world.query::<&bevy_fieldlod::LodUnit>().iter(world).len();
-    // All that is left is what the other camera draws, the prop apart.
-    assert_eq!(units as u32 + 1, stage.stats(&coarse_eye).units_drawn);
+    assert_eq!(units as u32, stage.stats(&coarse_eye).units_drawn);
 }

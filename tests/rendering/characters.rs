@@ -14,8 +14,8 @@ use image::RgbaImage;
 
 use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
-use crate::motion::uniform;
 use crate::picture::{count, difference, differs, enclosed};
+use crate::swap::uniform;
 
 /// The scene of a file with levels, and a camera.
 struct Show {
@@ -123,7 +123,7 @@ fn overlap(a: &[bool], b: &[bool]) -> f32 {
     both as f32 / any as f32
 }
 
-/// How many pixels of a mask differ from another one that is nowhere else within a pixel.
+/// The number of pixels of a mask whose value does not occur in another mask within one pixel.
 fn beyond_a_pixel(mask: &[bool], other: &[bool], width: usize) -> usize {
     let has_beside = |at: usize| {
         let (x, y) = (at % width, at / width);
@@ -148,7 +148,10 @@ fn posed_levels_look_like_posed_source() {
         let width = source.width() as usize;
         let [source, promised_mask, coarse_mask] = [&source, &promised, &coarse].map(mask);
         assert!(count(&source) > 2_000);
-        assert!(overlap(&source, &source_at_rest) < 0.7, "the pose shows");
+        assert!(
+            overlap(&source, &source_at_rest) < 0.7,
+            "the pose does not show"
+        );
         let too_far = beyond_a_pixel(&promised_mask, &source, width)
             + beyond_a_pixel(&source, &promised_mask, width);
         assert_eq!(too_far, 0);
@@ -170,10 +173,10 @@ fn level_change_draws_right_pose_at_once() {
             for distance in [4.0, 300.0, 30.0, 4.0, 90.0, 6.0] {
                 show.stage.insert(show.eye.entity, at(distance));
                 let [first] = show.stage.shoot([&show.eye]);
-                let [settled] = show.stage.shoot([&show.eye]);
-                assert_eq!(count(&difference(&first, &settled)), 0, "at {distance}");
-                let background = *settled.get_pixel(0, 0);
-                assert!(settled.pixels().any(|pixel| differs(*pixel, background)));
+                let [next] = show.stage.shoot([&show.eye]);
+                assert_eq!(count(&difference(&first, &next)), 0, "at {distance}");
+                let background = *next.get_pixel(0, 0);
+                assert!(next.pixels().any(|pixel| differs(*pixel, background)));
                 levels.push(show.level().unwrap());
             }
             levels.sort_unstable();

@@ -1,4 +1,4 @@
-//! An entity that the render world draws with another mesh looks in each frame as if it had that mesh.
+//! In each frame, an entity that the render world draws with another mesh looks as if it had that mesh.
 
 #[path = "../../crates/bevy_fieldlod/src/draw/drawn_meshes.rs"]
 #[expect(dead_code, reason = "the plugin uses more of it")]
@@ -26,7 +26,7 @@ use crate::picture::count_beyond;
 
 struct Show {
     stage: Stage,
-    /// Whether entities get another [`Mesh3d`], or only the render world knows the other mesh.
+    /// Whether entities get another [`Mesh3d`]; otherwise only the render world draws another mesh.
     swaps: bool,
     /// The mesh of all entities, and two others.
     meshes: [Handle<Mesh>; 3],
@@ -142,12 +142,12 @@ impl Show {
             9 => {
                 let components = (MeshTag(3), NotShadowCaster);
                 self.stage.insert(self.entities[0], components);
-                // Changes in its last frame.
+                // An entity that changes in its last frame.
                 self.draw_with(6, 1);
                 self.stage.app.world_mut().despawn(self.entities[6]);
                 self.entities.truncate(6);
             }
-            // The mesh of all entities, while none is drawn with it.
+            // An edit of the mesh of all entities, while none is drawn with it.
             11 => {
                 let mut meshes = self.stage.app.world_mut().resource_mut::<Assets<Mesh>>();
                 let mut own = meshes.get_mut(&self.meshes[0]).unwrap();
@@ -176,7 +176,7 @@ impl Show {
         frames.iter().map(|frame| self.stage.wait(frame)).collect()
     }
 
-    /// Which of the meshes the renderer draws an entity with.
+    /// The index of the mesh that the renderer draws an entity with.
     fn drawn_mesh(&self, index: usize) -> Option<usize> {
         let instances = self.stage.app.sub_app(RenderApp).world();
         let instances = instances.resource::<RenderMeshInstances>();

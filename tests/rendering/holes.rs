@@ -1,4 +1,4 @@
-//! A closed mesh stays closed, in pixels.
+//! Closed meshes have no holes in pictures.
 
 use bevy::light::GlobalAmbientLight;
 use bevy::prelude::*;
@@ -25,7 +25,7 @@ fn closed_mesh_has_no_holes() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
-    // Star-shaped, so that any background inside its outline is a hole.
+    // The mesh is star-shaped, so background inside its outline is a hole.
     let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 3)));
     let white = stage.add(StandardMaterial {
         unlit: true,
@@ -69,7 +69,7 @@ fn hole_test_detects_missing_triangles() {
         return;
     };
     let mut boulder = fieldlod_tests::rock(5, 3);
-    // One triangle in twenty gone: what the check above must find.
+    // One triangle in twenty is missing.
     boulder.indices = boulder
         .indices
         .chunks(60)

@@ -7,7 +7,7 @@ pub(crate) fn differs(a: image::Rgba<u8>, b: image::Rgba<u8>) -> bool {
     a.0.iter().zip(b.0).any(|(&a, b)| a.abs_diff(b) > 8)
 }
 
-/// The pixels in which two pictures of the same size differ, as a mask by row.
+/// Whether each pixel of two pictures of the same size differs, by row.
 pub(crate) fn difference(a: &RgbaImage, b: &RgbaImage) -> Vec<bool> {
     assert_eq!(a.dimensions(), b.dimensions());
     a.pixels()
@@ -16,7 +16,7 @@ pub(crate) fn difference(a: &RgbaImage, b: &RgbaImage) -> Vec<bool> {
         .collect()
 }
 
-/// How many pixels differ by more than `limit` in some channel.
+/// The number of pixels that differ by more than `limit` in some channel.
 pub(crate) fn count_beyond(a: &RgbaImage, b: &RgbaImage, limit: u8) -> usize {
     assert_eq!(a.dimensions(), b.dimensions());
     let beyond = |(a, b): &(&image::Rgba<u8>, &image::Rgba<u8>)| {
@@ -26,7 +26,7 @@ pub(crate) fn count_beyond(a: &RgbaImage, b: &RgbaImage, limit: u8) -> usize {
     a.pixels().zip(b.pixels()).filter(beyond).count()
 }
 
-/// How many entries of a mask are set.
+/// The number of set entries of a mask.
 pub(crate) fn count(mask: &[bool]) -> usize {
     mask.iter().filter(|&&set| set).count()
 }

@@ -1,4 +1,4 @@
-//! Whatever Bevy can draw a mesh with, it draws its levels with.
+//! Rendering features of Bevy work with levels of detail.
 
 use bevy::anti_alias::taa::TemporalAntiAliasing;
 use bevy::asset::uuid_handle;
@@ -19,7 +19,7 @@ use image::RgbaImage;
 
 use crate::picture::{count, count_beyond, difference};
 
-/// A material of a game's own: stripes by height.
+/// A custom material: stripes by height.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
 struct Stripes {}
 
@@ -38,7 +38,7 @@ impl Material for Stripes {
     }
 }
 
-/// An extension that changes nothing but the type.
+/// An extension without any effect.
 #[derive(Asset, AsBindGroup, TypePath, Clone, Debug, Default)]
 struct Plain {}
 
@@ -46,9 +46,8 @@ impl MaterialExtension for Plain {}
 
 type Extended = ExtendedMaterial<StandardMaterial, Plain>;
 
-/// A stage with rocks in two rows, props and large ones, each column of another material; that of the
-/// third is rendered as said. (Bevy panics where a prepass without deferred rendering meets a deferred
-/// material.)
+/// A stage with a row of props and a row of large rocks. Each column has another material. `third` is the method of the
+/// fourth material: Bevy panics if a camera has a prepass without deferred rendering and a material is deferred.
 fn stage_with_rows(third: OpaqueRendererMethod) -> Option<Stage> {
     let mut stage = Stage::unfinished()?;
     stage.app.add_plugins((
@@ -113,13 +112,13 @@ fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
     let world = stage.app.world_mut();
     let mut settings = world.get_mut::<FieldLodCamera>(eye.entity).unwrap();
     settings.forced_level = full_detail.then_some(0);
-    // The pictures of an eye with a memory run_until_ready.
+    // The pictures of temporal anti-aliasing converge.
     for _ in 0..12 {
         stage.app.update();
     }
 }
 
-/// How many pixels show anything but the background.
+/// The number of pixels that do not show the background.
 fn covered(picture: &RgbaImage) -> usize {
     let background = *picture.get_pixel(0, 0);
     let pixels = picture.pixels();
@@ -128,7 +127,7 @@ fn covered(picture: &RgbaImage) -> usize {
         .count()
 }
 
-/// At 0.65 px shades change a little; a rock that is missing or unlit would be a tenth of the picture.
+/// At 0.65 px, shades differ a little. A missing or unlit rock is a tenth of the picture.
 fn assert_alike(full: &RgbaImage, levels: &RgbaImage) {
     let differ = count_beyond(full, levels, 64);
     assert!(
@@ -138,7 +137,7 @@ fn assert_alike(full: &RgbaImage, levels: &RgbaImage) {
     );
 }
 
-/// Draws the rows by `technique` in full and with levels: hardly a pixel differs.
+/// Checks that few pixels differ between full detail and levels, drawn by `technique`.
 fn draws_alike(technique: impl Bundle, third: OpaqueRendererMethod) {
     let Some(mut stage) = stage_with_rows(third) else {
         return;
@@ -180,7 +179,7 @@ fn multisampling_draws_levels() {
 }
 
 #[test]
-fn a_prepass_draws_levels() {
+fn prepass_draws_levels() {
     let prepass = (DepthPrepass, NormalPrepass, MotionVectorPrepass);
     draws_alike(prepass, OpaqueRendererMethod::Forward);
 }
@@ -191,8 +190,8 @@ fn deferred_rendering_draws_levels() {
     draws_alike(prepass, OpaqueRendererMethod::Deferred);
 }
 
-/// Rocks behind a wall of rock, walked along: Bevy's occlusion culling leaves out what the wall hides, ours draws
-/// it coarser, and together they give the picture that ours gives alone.
+/// Bevy's occlusion culling skips rocks behind a wall, and visible flux draws them coarser. The picture equals that
+/// of visible flux alone.
 #[test]
 fn occlusion_culling_with_visible_flux_is_invisible() {
     let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Forward) else {
@@ -227,8 +226,8 @@ fn occlusion_culling_with_visible_flux_is_invisible() {
     }
 }
 
-/// The picture of rocks that move sideways while they come nearer, so that levels change, as an eye
-/// with a memory sees it in the end.
+/// The last picture, with temporal anti-aliasing, of rocks that move sideways and nearer, and the number of their level
+/// changes.
 fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
     let mut stage = stage_with_rows(OpaqueRendererMethod::Forward)?;
     let eye = add_eye(&mut stage, TemporalAntiAliasing::default());

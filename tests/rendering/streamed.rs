@@ -32,7 +32,7 @@ fn write_rock(folder: &Path) {
     std::fs::write(folder.join("rock.fieldpages"), pages).unwrap();
 }
 
-/// A stage on which a file of `folder` is drawn.
+/// A stage that draws a file of `folder`.
 fn stage_of(folder: &Path, file: &'static str, memory: LodMemory) -> Option<(Stage, Eye)> {
     let mut stage = Stage::unfinished_in(folder)?;
     stage.app.insert_resource(FieldLodAppConfig {
@@ -61,7 +61,7 @@ fn memory(stage: &Stage) -> FieldLodMemory {
     *stage.app.world().resource::<FieldLodMemory>()
 }
 
-/// Draws frames until all is there that is wanted, each whole.
+/// Draws frames without holes until no page is missing.
 fn run_until_sharp(stage: &mut Stage, eye: &Eye) {
     let empty = image::Rgba([255, 0, 255, 255]);
     let deadline = Instant::now() + Duration::from_secs(60);
@@ -94,7 +94,7 @@ fn streamed_picture_equals_whole_picture() {
     assert_eq!(count_beyond(&picture, &expected, 2), 0);
     let drawn = |stage: &Stage, eye: &Eye| stage.stats(eye).triangles_drawn;
     assert_eq!(drawn(&parts, &eye), drawn(&whole, &its_eye));
-    // On a new device it begins anew.
+    // On a new device, all pages are loaded again.
     let before = memory(&parts).loaded_pages;
     let render_app = parts.app.sub_app_mut(RenderApp);
     render_app.world_mut().run_schedule(RenderStartup);
@@ -119,7 +119,7 @@ fn small_budget_pictures_have_no_holes() {
     let Some((mut stage, eye)) = stage_of(folder.path(), "rock.fieldpages", little) else {
         return;
     };
-    // Around it, where each side wants what the last one has.
+    // The camera moves around the rock: each side needs other pages.
     for index in 0..24u8 {
         let angle = f32::from(index) * 0.5;
         let place = Vec3::new(angle.sin(), 0.2, angle.cos()) * 1.8;
@@ -137,7 +137,7 @@ fn small_budget_pictures_have_no_holes() {
     }
     let now = memory(&stage);
     assert!(now.evicted_pages > 3 && now.coarsening > 1.0, "{now:?}");
-    // The GPU has nothing else, nor the mesh of the entity, for which its units stand.
+    // The GPU has no other meshes, and not the mesh of the entity, which units replace.
     (0..3).for_each(|_| stage.app.update());
     let world = stage.app.world();
     let meshes = world.resource::<Assets<Mesh>>().len();

@@ -1,4 +1,4 @@
-//! What holds of every cut, whatever the view.
+//! Invariants of every cut, for any view.
 
 use std::collections::HashMap;
 

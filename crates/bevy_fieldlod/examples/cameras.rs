@@ -37,7 +37,7 @@ fn setup(mut commands: Commands) {
             ScreenPart(Vec2::new(0.5 * order as f32, 0.0), Vec2::new(0.5, 1.0)),
         ));
     }
-    // The minimap is small, and nobody inspects it: four pixels of error.
+    // A minimap is small: four pixels of error are enough.
     let mut map = OrthographicProjection::default_3d();
     map.scaling_mode = ScalingMode::FixedVertical {
         viewport_height: 14.0,

@@ -1,4 +1,4 @@
-//! Physics on a mesh with levels of detail: the collider has all triangles of the mesh, whatever is drawn.
+//! Physics on a mesh with levels of detail: the collider has all triangles of the mesh at any drawn level.
 //!
 //! Run with `cargo run --release -p bevy_fieldlod --example collider`.
 

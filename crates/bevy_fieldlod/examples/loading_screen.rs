@@ -25,7 +25,7 @@ fn main() -> AppExit {
 }
 
 fn show_loading_screen(mut commands: Commands) {
-    // All cores load while nobody plays.
+    // All cores load while the game waits.
     commands.insert_resource(LodPriority::LoadingScreen);
     let eye = Transform::from_xyz(0.0, 1.5, 6.0).looking_at(Vec3::ZERO, Vec3::Y);
     commands.spawn((Camera3d::default(), eye));

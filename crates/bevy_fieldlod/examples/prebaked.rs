@@ -27,7 +27,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// What a developer does once, before the game is shipped.
+/// A developer does this once, before the game is shipped.
 fn write_assets(folder: &Path) -> Result {
     let scene = folder.join("rocks.gltf");
     let places = [-3.0, 0.0, 3.0].map(|x| Vec3::new(x, 0.0, -x.abs()));

@@ -32,7 +32,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// What a developer does once, before the game is shipped.
+/// A developer does this once, before the game is shipped.
 fn write_pages(folder: &Path) -> Result {
     let land = hills(100.0, 250, &[0.07, 0.23, 0.9, 3.1]);
     let source = folder.join("land.gltf");

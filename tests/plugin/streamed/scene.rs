@@ -44,7 +44,7 @@ fn scene_streams_meshes_named_in_extras() {
     assert_eq!((mesh.mesh_index, mesh.primitive_index), (0, 1));
     let rock = app.world().entity(rock);
     assert!(rock.contains::<MeshMaterial3d<StandardMaterial>>());
-    // It goes by the mark of the scene, then by none, and then by another.
+    // The `AutoLod` of the scene is removed, then replaced.
     let fine = stats(&app, camera).triangles_drawn;
     app.world_mut().entity_mut(root).remove::<AutoLod>();
     run_until(&mut app, "it has no levels", |app| {

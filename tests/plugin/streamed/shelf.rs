@@ -1,4 +1,4 @@
-//! Files in memory, with all that may happen to them.
+//! A source of assets in memory, with faults.
 
 use std::collections::HashMap;
 use std::io;
@@ -15,16 +15,16 @@ use bevy::asset::io::{
 };
 use futures_io::{AsyncRead, AsyncSeek};
 
-/// Where an app finds its files. Clones share all.
+/// An asset source. Clones share the files.
 #[derive(Clone, Default)]
 pub(super) struct Shelf(Arc<Contents>);
 
 #[derive(Default)]
 struct Contents {
     files: Mutex<HashMap<String, Vec<u8>>>,
-    /// Who reads waits as long as this is set.
+    /// Whether reads block.
     stalls: AtomicBool,
-    /// Files can only be read from their beginning on.
+    /// Whether readers cannot seek.
     streams_only: AtomicBool,
     bytes_read: AtomicU64,
 }
@@ -38,7 +38,7 @@ impl Shelf {
         self.0.files.lock().unwrap().remove(name);
     }
 
-    /// Lets whoever reads wait from now on, or no longer.
+    /// Blocks reads, or ends that.
     pub(super) fn stall(&self, stalls: bool) {
         self.0.stalls.store(stalls, Ordering::Release);
     }
@@ -47,7 +47,7 @@ impl Shelf {
         self.0.streams_only.store(true, Ordering::Release);
     }
 
-    /// Of all files so far.
+    /// Bytes that were read from all files.
     pub(super) fn bytes_read(&self) -> u64 {
         self.0.bytes_read.load(Ordering::Acquire)
     }
@@ -55,7 +55,7 @@ impl Shelf {
 
 impl AssetReader for Shelf {
     async fn read<'a>(&'a self, path: &'a Path) -> Result<impl Reader + 'a, AssetReaderError> {
-        // The thread itself is kept, as by a disk that does not answer.
+        // It blocks the thread, as a disk does.
         while self.0.stalls.load(Ordering::Acquire) {
             std::thread::sleep(Duration::from_millis(5));
         }

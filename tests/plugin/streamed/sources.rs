@@ -1,4 +1,4 @@
-//! Files in the folder of assets, which are read past Bevy's reader, and default sources that have others.
+//! Files in the asset folder, which the plugin reads without Bevy's reader.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use super::shelf::Shelf;
 use super::{PAGES, ROOMY, app_from, assert_no_hole, drawn, memory, one_rock, run_until_sharp};
 use crate::headless::{logged_times, move_camera, ready, run_until};
 
-/// An app whose folder of assets has a file, and whose default source is a shelf; and what its camera draws.
+/// An app with a file in its asset folder and a shelf as its default source, and its camera.
 fn rock_in(folder: &Path, file: &str, shelf: &Shelf) -> (App, Entity) {
     let mut app = App::new();
     let shelf = shelf.clone();
@@ -31,7 +31,7 @@ fn rock_in(folder: &Path, file: &str, shelf: &Shelf) -> (App, Entity) {
 
 #[test]
 fn asset_folder_file_is_read_in_parts() {
-    let (_, mut other, its_camera) = one_rock("as-ever.fieldpages", ROOMY);
+    let (_, mut other, its_camera) = one_rock("other.fieldpages", ROOMY);
     run_until_sharp(&mut other);
     let (folder, shelf) = (tempfile::tempdir().unwrap(), Shelf::default());
     let path = folder.path().join("of-folder.fieldpages");
@@ -40,18 +40,18 @@ fn asset_folder_file_is_read_in_parts() {
     let (mut app, camera) = rock_in(folder.path(), "of-folder.fieldpages", &shelf);
     assert_eq!(drawn(&app, camera), drawn(&other, its_camera));
     assert_no_hole(&app, camera);
-    // By these it is known that both are the same.
+    // The plugin compares the ends of both files.
     assert_eq!(shelf.bytes_read(), 64);
-    // What it lacks it tells, and what it gets again is drawn.
+    // A truncated file is logged, and drawn again once it is whole.
     let file = std::fs::File::options().write(true).open(&path).unwrap();
     file.set_len(PAGES.len() as u64 / 4).unwrap();
     move_camera(&mut app, camera, 2.5);
-    run_until(&mut app, "it is said", |app| {
+    run_until(&mut app, "the log has it", |app| {
         assert_no_hole(app, camera);
         logged_times(Level::ERROR, &["of-folder.fieldpages", "truncated"]) == 1
     });
     std::fs::write(&path, &*PAGES).unwrap();
-    run_until(&mut app, "all is there", |app| {
+    run_until(&mut app, "no page is missing", |app| {
         memory(app).missing_pages == 0
     });
 }

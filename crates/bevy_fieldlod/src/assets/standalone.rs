@@ -6,14 +6,14 @@ use bevy::asset::AssetId;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 
 use crate::api::auto_lod::AutoLod;
 use crate::api::events::{LodError, LodFailed, asset_name};
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
 use crate::prepare::track::AutoLodLookup;
-use crate::scene::unit_mesh::source_mesh;
+use crate::scene::unit_mesh::{source_indices, source_mesh};
 
 /// Draws a primitive of a `.fieldlod` or `.fieldpages` file, without the glTF file that it was baked from. Add a
 /// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
@@ -254,12 +254,6 @@ fn find<'a>(
         return Err(LodError::VerticesLeftOut { file: name.into() });
     }
     Ok(found)
-}
-
-fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
-    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
-    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
-    triangles.flatten().collect()
 }
 
 /// Removes the mesh together with the [`LodMesh3d`].

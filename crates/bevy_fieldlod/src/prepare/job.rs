@@ -59,7 +59,7 @@ pub(crate) struct PreparedMesh {
     pub(crate) table: GroupTable,
     /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
     pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
-    /// What makes the meshes of units when they are first drawn.
+    /// Makes the meshes of units when they are first drawn.
     pub(crate) units: Option<UnitMeshes>,
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.

@@ -99,6 +99,20 @@ pub(super) enum LodMeshEntry {
 /// A request cannot be started yet, because an asset is being loaded or too many tasks are running.
 pub(super) struct NotYet;
 
+/// Why a request was not started.
+enum NotStarted {
+    /// It is retried in the next frame.
+    NotYet,
+    /// The source mesh is drawn.
+    Failed(LodError),
+}
+
+impl From<NotYet> for NotStarted {
+    fn from(_: NotYet) -> Self {
+        Self::NotYet
+    }
+}
+
 impl LodMeshes {
     /// Sets the provider of the levels of a mesh, for all requests.
     pub(crate) fn set_provider(&mut self, mesh: AssetId<Mesh>, provider: LevelProvider) {
@@ -282,12 +296,13 @@ impl LodMeshLookup<'_> {
         known.not_started.clear();
     }
 
-    /// The entry of `mesh`; `None` if its preparation cannot start yet. The first request starts a task once all assets
-    /// that it needs are loaded. A bake reads the materials that meshes have at that time.
+    /// The entry of `mesh`; `None` if its preparation has not started. The first request with `may_start` starts a task
+    /// once all assets that it needs are loaded. A bake reads the materials that meshes have at that time.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
+        may_start: bool,
         material_of: &MaterialOf<'_>,
     ) -> Option<&LodMeshEntry> {
         // The source of a changing mesh is drawn until it stops changing.
@@ -300,7 +315,7 @@ impl LodMeshLookup<'_> {
         } else {
             LodRequest::of(auto_lod)
         };
-        let index = self.find_or_start(mesh, &request, material_of)?;
+        let index = self.find_or_start(mesh, &request, may_start, material_of)?;
         let known = &*self.known;
         let file = known.rigged.get(&mesh);
         let is_ready = file.is_none_or(|file| !known.unready_files.contains(file));
@@ -312,6 +327,7 @@ impl LodMeshLookup<'_> {
         &mut self,
         mesh: AssetId<Mesh>,
         request: &LodRequest,
+        may_start: bool,
         material_of: &MaterialOf<'_>,
     ) -> Option<usize> {
         let is_same = |(one, _): &(LodRequest, LodMeshEntry)| one == request;
@@ -320,13 +336,21 @@ impl LodMeshLookup<'_> {
             return Some(index);
         }
         let not_started = self.known.not_started.get(&mesh);
-        if not_started.is_some_and(|requests| requests.contains(request)) {
+        if !may_start || not_started.is_some_and(|requests| requests.contains(request)) {
             return None;
         }
-        let Ok(entry) = self.start(mesh, request, material_of) else {
-            let not_started = self.known.not_started.entry(mesh).or_default();
-            not_started.push(request.clone());
-            return None;
+        let entry = match self.start(mesh, request, material_of) {
+            Ok(entry) => entry,
+            Err(NotStarted::Failed(error)) => {
+                let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
+                self.events.write(event);
+                LodMeshEntry::Plain(Some(error))
+            }
+            Err(NotStarted::NotYet) => {
+                let not_started = self.known.not_started.entry(mesh).or_default();
+                not_started.push(request.clone());
+                return None;
+            }
         };
         let entries = self.known.entries.entry(mesh).or_default();
         entries.push((request.clone(), entry));
@@ -339,7 +363,7 @@ impl LodMeshLookup<'_> {
         mesh: AssetId<Mesh>,
         request: &LodRequest,
         material_of: &MaterialOf<'_>,
-    ) -> Result<LodMeshEntry, NotYet> {
+    ) -> Result<LodMeshEntry, NotStarted> {
         let source = self.meshes.get(mesh).ok_or(NotYet)?;
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
@@ -358,18 +382,15 @@ impl LodMeshLookup<'_> {
         }
         let triangles = triangles.min(u32::MAX as usize) as u32;
         if !self.known.in_preparation.has_room(triangles) {
-            return Err(NotYet);
+            return Err(NotStarted::NotYet);
         }
         let prepared: BoxedFuture<_> = match provider {
             Some(provider) => provider(source.clone()),
-            None => match self.sources(mesh, request, kind, material_of)? {
-                Ok(sources) => Box::pin(prepare(self.job(mesh, kind, sources)?)),
-                Err(error) => {
-                    let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
-                    self.events.write(event);
-                    return Ok(LodMeshEntry::Plain(Some(error)));
-                }
-            },
+            None => {
+                let sources = self.sources(mesh, request, kind, material_of)?;
+                let source = self.meshes.get(mesh).ok_or(NotYet)?.clone();
+                Box::pin(prepare(self.job(mesh, source, kind, sources)))
+            }
         };
         let task = self.threads().tasks.spawn(prepared);
         self.known.in_preparation = self.known.in_preparation.with(triangles);
@@ -379,21 +400,20 @@ impl LodMeshLookup<'_> {
     fn job(
         &self,
         mesh: AssetId<Mesh>,
+        source: Mesh,
         kind: LodKind,
         sources: Vec<LevelSource>,
-    ) -> Result<PrepareJob, NotYet> {
+    ) -> PrepareJob {
         let path = self.assets.get_path(mesh);
-        Ok(PrepareJob {
-            mesh: self.meshes.get(mesh).ok_or(NotYet)?.clone(),
+        let limit = self.upload_limit.as_ref();
+        PrepareJob {
+            mesh: source,
             name: asset_name(&self.assets, mesh),
             place: path.and_then(|path| place_in_gltf(path.label()?)),
             kind,
-            all_units: self
-                .upload_limit
-                .as_ref()
-                .is_some_and(|limit| limit.max_bytes.is_some()),
+            all_units: limit.is_some_and(|limit| limit.max_bytes.is_some()),
             sources,
-        })
+        }
     }
 
     fn threads(&mut self) -> &Threads {
@@ -407,13 +427,12 @@ impl LodMeshLookup<'_> {
         request: &LodRequest,
         kind: LodKind,
         material_of: &MaterialOf<'_>,
-    ) -> Result<Result<Vec<LevelSource>, LodError>, NotYet> {
+    ) -> Result<Vec<LevelSource>, NotStarted> {
+        if let Some(file) = &request.baked {
+            return Ok(vec![self.file(mesh, file)?]);
+        }
         let path = self.assets.get_path(mesh).map(AssetPath::into_owned);
         let is_rigged = self.meshes.get(mesh).is_some_and(is_rigged);
-        if let Some(file) = &request.baked {
-            let file = self.file(mesh, file)?;
-            return Ok(file.map(|file| vec![file]));
-        }
         let mut sources = Vec::new();
         if let Some(path) = path.clone() {
             let sidecars = self.known.sidecars.clone();
@@ -433,9 +452,9 @@ impl LodMeshLookup<'_> {
         #[cfg(not(feature = "bake"))]
         let _ = (kind, material_of);
         if is_rigged && sources.is_empty() {
-            return Ok(Err(LodError::Rigged));
+            return Err(NotStarted::Failed(LodError::Rigged));
         }
-        Ok(Ok(sources))
+        Ok(sources)
     }
 
     /// The bake of a skinned or morphed primitive of a glTF file; `None` for other files.
@@ -462,18 +481,19 @@ impl LodMeshLookup<'_> {
         &mut self,
         mesh: AssetId<Mesh>,
         handle: &Handle<BakedLods>,
-    ) -> Result<Result<LevelSource, LodError>, NotYet> {
+    ) -> Result<LevelSource, NotStarted> {
         let file = asset_name(&self.assets, handle.id());
-        let found = match self.files.get(handle) {
-            Some(loaded) if loaded.pages.is_some() => Err(LodError::InPages { file }),
+        self.known.file_of.insert(mesh, handle.id());
+        match self.files.get(handle) {
+            Some(loaded) if loaded.pages.is_some() => {
+                Err(NotStarted::Failed(LodError::InPages { file }))
+            }
             Some(loaded) => Ok(LevelSource::File(file, loaded.file.clone())),
             None if self.assets.load_state(handle).is_failed() => {
-                Err(LodError::FileNotLoaded { file })
+                Err(NotStarted::Failed(LodError::FileNotLoaded { file }))
             }
-            None => return Err(NotYet),
-        };
-        self.known.file_of.insert(mesh, handle.id());
-        Ok(found)
+            None => Err(NotStarted::NotYet),
+        }
     }
 
     /// The bake of a mesh. Whole meshes are baked with the surface of their material, and together with the other

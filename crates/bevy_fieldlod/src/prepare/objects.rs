@@ -62,18 +62,26 @@ pub(super) struct StartOrder<'w, 's> {
 type Placed = (Entity, Ref<'static, GlobalTransform>, Option<&'static Aabb>);
 
 impl StartOrder<'_, '_> {
-    /// The waiting entities, the largest on a screen first.
-    fn entities(&self) -> Vec<Entity> {
+    /// The waiting entities, the largest on a screen first, and whether the task of each may start. The size of a new
+    /// entity is not known in its first frame: it gets levels that are ready, and its task starts in the next frame.
+    fn entities(&self) -> Vec<(Entity, bool)> {
         let waiting = self.waiting.iter();
-        let mut sizes: Vec<(f32, Entity)> = waiting
-            .map(|(entity, place, aabb)| match place.is_added() {
-                // The global transform of a new entity is not known in its first frame.
-                true => (0.0, entity),
-                false => (self.size(&place, aabb), entity),
+        let mut sizes: Vec<(f32, Entity, bool)> = waiting
+            .map(|(entity, place, aabb)| {
+                let may_start = !place.is_added() || self.cameras.is_empty();
+                let size = if may_start {
+                    self.size(&place, aabb)
+                } else {
+                    0.0
+                };
+                (size, entity, may_start)
             })
             .collect();
         sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        sizes.into_iter().map(|(_, entity)| entity).collect()
+        let sorted = sizes.into_iter();
+        sorted
+            .map(|(_, entity, may_start)| (entity, may_start))
+            .collect()
     }
 
     /// The radius over the distance, for the nearest camera.
@@ -105,7 +113,10 @@ pub(super) fn give_levels_to_objects(
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, material) in waiting.iter_many(order.entities()) {
+    for (entity, may_start) in order.entities() {
+        let Ok((_, mesh, wanted, material)) = waiting.get(entity) else {
+            continue;
+        };
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -115,7 +126,7 @@ pub(super) fn give_levels_to_objects(
             }
         };
         let mut commands = commands.entity(entity);
-        match lookup.find(mesh.id(), &wanted.auto_lod, &material_of) {
+        match lookup.find(mesh.id(), &wanted.auto_lod, may_start, &material_of) {
             Some(LodMeshEntry::Plain(error)) => {
                 if let Some(error) = error.as_ref().filter(|error| error.is_unsupported()) {
                     log.add(entity, mesh.id(), error.to_string());

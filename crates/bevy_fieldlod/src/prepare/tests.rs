@@ -1,19 +1,16 @@
 //! Hierarchies with moved vertices on the Bevy meshes that they were baked from.
 
-use bevy::asset::RenderAssetUsages;
 use bevy::gltf::GltfAssetLabel;
 use bevy::math::{Vec2, Vec3, Vec4};
 use bevy::mesh::morph::MorphAttributes;
-use bevy::mesh::{
-    Indices, Mesh, MeshVertexAttribute, PrimitiveTopology, VertexAttributeValues, VertexFormat,
-};
+use bevy::mesh::{Mesh, MeshVertexAttribute, VertexAttributeValues, VertexFormat};
 use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, Vertices, fixtures,
+    BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, fixtures,
 };
 
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
-use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
+use crate::scene::unit_mesh::{UnitMeshes, source_indices, source_mesh, unit_mesh};
 
 const WIND: MeshVertexAttribute =
     MeshVertexAttribute::new("Vertex_Wind", 988_540_917, VertexFormat::Float32);
@@ -22,31 +19,9 @@ fn pyramid() -> Hierarchy {
     fixtures::grid_pyramid(2)
 }
 
-fn arrays<V: Copy, A: From<V>>(values: &[V]) -> Vec<A> {
-    values.iter().copied().map(A::from).collect()
-}
-
 /// The mesh that `hierarchy` was baked from.
 fn source_of(hierarchy: &Hierarchy) -> Mesh {
-    let count = hierarchy.source_vertex_count as usize;
-    let vertices = &hierarchy.vertices;
-    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
-    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
-    let positions: Vec<[f32; 3]> = arrays(&vertices.positions[..count]);
-    let normals: Vec<[f32; 3]> = arrays(&vertices.normals[..count]);
-    let uvs: Vec<[f32; 2]> = arrays(&vertices.uvs[..count]);
-    let uvs_1: Vec<[f32; 2]> = arrays(&vertices.uvs_1[..count]);
-    let tangents: Vec<[f32; 4]> = arrays(&vertices.tangents[..count]);
-    let colors: Vec<[f32; 4]> = arrays(&vertices.colors[..count]);
-    let usage = RenderAssetUsages::default();
-    Mesh::new(PrimitiveTopology::TriangleList, usage)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, positions)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, normals)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uvs_1)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_TANGENT, tangents)
-        .with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
-        .with_inserted_indices(Indices::U32(triangles.flatten().collect()))
+    source_mesh(hierarchy, source_indices(hierarchy))
 }
 
 /// The mesh with a custom attribute: the index of each vertex.
@@ -218,17 +193,9 @@ fn joints_and_morph_targets_are_part_of_the_hash() {
 #[test]
 fn source_arrays_hold_all_baked_attributes() {
     let hierarchy = pyramid();
-    let count = hierarchy.source_vertex_count as usize;
     let source = SourceArrays::of(&source_of(&hierarchy)).unwrap();
-    let held = &hierarchy.vertices;
-    let expected = Vertices {
-        positions: held.positions[..count].to_vec(),
-        normals: held.normals[..count].to_vec(),
-        uvs: held.uvs[..count].to_vec(),
-        tangents: held.tangents[..count].to_vec(),
-        uvs_1: held.uvs_1[..count].to_vec(),
-        colors: held.colors[..count].to_vec(),
-    };
+    let expected = hierarchy.source_vertices();
+    assert!(!expected.uvs_1.is_empty() && !expected.tangents.is_empty());
     assert!(source.vertices == expected && !source.has_other_attributes);
     assert_eq!(source_hash(&source_of(&hierarchy)), hierarchy.source);
     let windy = SourceArrays::of(&with_wind(source_of(&hierarchy))).unwrap();

@@ -104,7 +104,7 @@ fn track_objects(
             continue;
         };
         let auto_lod = auto_lods.find(entity);
-        // The levels of the object are still right.
+        // The levels of the object fit.
         if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
             && object.source == mesh.id()
             && object.fits(auto_lod)
@@ -115,11 +115,11 @@ fn track_objects(
             }
             continue;
         }
-        // The entity starts again without levels.
+        // The levels are removed, and requested again.
         sources.note_user(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodWaiting)>();
-        // A clone has it of its original.
+        // A clone has a copy of the component.
         if let Some(LodState::Ready(_)) = state {
             commands.try_remove::<NoCpuCulling>();
         }

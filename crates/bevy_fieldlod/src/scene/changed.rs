@@ -8,7 +8,8 @@ use bevy::ecs::query::{ArchetypeFilter, QueryFilter};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
-/// Entities that are checked at once.
+/// Entities that are checked at once: four cache lines of ticks. Each row with a change is then checked entity by entity,
+/// which costs more with longer rows; the loop over shorter rows is not worth its vector instructions.
 const ROW: usize = 64;
 
 /// Finds the entities on which a component has changed since the system last ran.

@@ -40,6 +40,13 @@ pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     mesh.with_inserted_indices(Indices::U32(indices))
 }
 
+/// The indices of the source triangles of a hierarchy, in the order of its units.
+pub(crate) fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
+    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
+    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
+    triangles.flatten().collect()
+}
+
 /// Makes the meshes of units when views first draw them: most units of a large mesh are never drawn.
 #[derive(Debug)]
 pub(crate) struct UnitMeshes {

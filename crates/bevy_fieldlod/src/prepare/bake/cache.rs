@@ -6,9 +6,26 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bevy::log::warn;
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
+use fieldlod_bake::BakeConfig;
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileOptions, Hierarchy};
+use xxhash_rust::xxh3::Xxh3;
 
 use crate::prepare::source_arrays::SourceArrays;
+
+/// The beginning of the hash that names an entry. Another version may bake differently or write another format.
+pub(super) fn hasher(config: &BakeConfig) -> Xxh3 {
+    let mut hasher = Xxh3::new();
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    hasher.update(&FORMAT_VERSION.to_le_bytes());
+    hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
+    hasher.update(format!("{config:?}").as_bytes());
+    hasher
+}
+
+/// The file name of an entry.
+pub(super) fn entry_name(hasher: &Xxh3) -> String {
+    format!("{:032x}.fieldlod", hasher.digest128())
+}
 
 /// Reads the entry of `source` at `path`, if it exists. Logs why an entry is unusable.
 pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {

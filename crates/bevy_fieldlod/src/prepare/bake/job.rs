@@ -5,7 +5,7 @@ use std::slice;
 use std::sync::Arc;
 
 use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
-use fieldlod_hierarchy::{BakedFile, FORMAT_VERSION, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
@@ -94,12 +94,7 @@ impl<'a> EntryNames<'a> {
         config: &BakeConfig,
         together: Option<(usize, &'a [SourceArrays])>,
     ) -> Self {
-        let mut hasher = Xxh3::new();
-        // Another version may bake differently or write another format.
-        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-        hasher.update(&FORMAT_VERSION.to_le_bytes());
-        hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
-        hasher.update(format!("{config:?}").as_bytes());
+        let mut hasher = cache::hasher(config);
         let (index, all) = together.unwrap_or((0, slice::from_ref(source)));
         hasher.update(&index.to_le_bytes());
         hasher.update(&all.len().to_le_bytes());
@@ -119,6 +114,6 @@ impl<'a> EntryNames<'a> {
             hasher.update(&[hash.is_some().into()]);
             hasher.update(&hash.unwrap_or_default().to_le_bytes());
         }
-        format!("{:032x}.fieldlod", hasher.digest128())
+        cache::entry_name(&hasher)
     }
 }

@@ -13,7 +13,7 @@ use bevy::tasks::block_on;
 use fieldlod_bake::{
     BakeConfig, Import, MeshError, PrimitivePlace, bake_rigged, import_gltf_bytes,
 };
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FORMAT_VERSION, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
@@ -164,16 +164,12 @@ impl RiggedBake {
 
     /// The path of the cache entry.
     fn entry(&self, imported: &Imported) -> Option<PathBuf> {
-        let mut hasher = Xxh3::new();
-        hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-        hasher.update(&FORMAT_VERSION.to_le_bytes());
-        hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
-        hasher.update(format!("{:?}", self.file.config).as_bytes());
+        let mut hasher = cache::hasher(&self.file.config);
         hasher.update(&imported.hash.to_le_bytes());
         for index in self.place {
             hasher.update(&index.to_le_bytes());
         }
-        let name = format!("{:032x}.fieldlod", hasher.digest128());
+        let name = cache::entry_name(&hasher);
         self.cache_folder.as_ref().map(|folder| folder.join(name))
     }
 }

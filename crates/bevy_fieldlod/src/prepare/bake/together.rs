@@ -56,7 +56,7 @@ struct Expected {
 }
 
 impl AllTogether {
-    /// Drops the groups whose other members nobody requests.
+    /// Drops the groups with members that were not requested.
     pub(in crate::prepare) fn clear(&mut self) {
         self.expected.clear();
     }

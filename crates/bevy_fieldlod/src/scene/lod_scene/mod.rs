@@ -220,7 +220,7 @@ impl LodScene {
         }
     }
 
-    /// Lets all whole meshes choose their level anew.
+    /// Queues all whole meshes for an update of their level.
     pub(crate) fn swap_all_whole_meshes(&mut self) {
         let instances = self.instances.iter().flatten();
         let whole_meshes = instances.filter(|instance| instance.level.is_some());

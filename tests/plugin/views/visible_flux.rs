@@ -1,4 +1,4 @@
-//! Cameras that count errors by what nothing hides.
+//! Visible flux.
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
@@ -38,7 +38,7 @@ fn hidden_object_needs_fewer_triangles() {
     let (mut app, camera, wall) = rock_behind_a_rock(true);
     let hidden = drawn(&app, camera);
     assert!(hidden < all, "{hidden} of {all}");
-    // Once the wall is gone, the rock is drawn as if it had never been hidden, in the same frame.
+    // Without the wall, nothing is hidden, in the same frame.
     app.world_mut().entity_mut(wall).despawn();
     app.update();
     let (alone, other, _) = before_a_camera(6, 12.0);
@@ -46,14 +46,14 @@ fn hidden_object_needs_fewer_triangles() {
 }
 
 #[test]
-fn late_flux_camera_knows_occluders() {
+fn visible_flux_added_later_knows_occluders() {
     let (mut app, camera, wall) = rock_behind_a_rock(false);
     let all = drawn(&app, camera);
     insert(&mut app, camera, FieldLodVisibleFlux);
     (0..60).for_each(|_| app.update());
     let hidden = drawn(&app, camera);
     assert!(hidden < all, "{hidden} of {all}");
-    // What has changed while nobody asked, too.
+    // A material that changes while no camera uses visible flux counts too.
     let mut camera_mut = app.world_mut().entity_mut(camera);
     camera_mut.remove::<FieldLodVisibleFlux>();
     (0..60).for_each(|_| app.update());
@@ -74,7 +74,7 @@ fn transparent_object_hides_nothing() {
     insert(&mut app, wall, glass);
     (0..3).for_each(|_| app.update());
     let rock_behind_glass = drawn(&app, camera);
-    // What the near side of a rock hides of its far side is hidden still.
+    // The near side of the rock still hides its far side.
     let (alone, other, _) = before_a_camera(6, 12.0);
     let hidden_behind_glass = all - rock_behind_glass;
     assert!(

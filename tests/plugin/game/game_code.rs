@@ -1,4 +1,4 @@
-//! The code of a game sees a prop that is drawn at a coarse level as it would without the plugin.
+//! Game code sees the source of a prop that is drawn at a coarse level.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
@@ -73,17 +73,6 @@ fn mesh_components(app: &App, entity: Entity) -> HashSet<String> {
 }
 
 #[test]
-fn game_finds_props_by_mesh() {
-    let found = as_in_stock_bevy(|far| {
-        let mut meshes = far.app.world_mut().query::<&Mesh3d>();
-        let meshes = meshes.iter(far.app.world());
-        let all: Vec<bool> = meshes.map(|mesh| mesh.0 == far.mesh).collect();
-        all
-    });
-    assert_eq!(found, [true]);
-}
-
-#[test]
 fn game_edits_the_source() {
     let edited = as_in_stock_bevy(|far| {
         let handle = far.app.world().get::<Mesh3d>(far.prop).unwrap().0.clone();
@@ -107,73 +96,67 @@ fn game_edits_the_source() {
     assert_eq!(edited.0.len(), 5120);
 }
 
-#[test]
-fn cloned_prop_has_the_source() {
-    let cloned = as_in_stock_bevy(|far| {
-        let clone = far.app.world_mut().entity_mut(far.prop).clone_and_spawn();
-        far.app.world_mut().entity_mut(clone).remove::<AutoLod>();
-        far.app.world_mut().entity_mut(far.prop).despawn();
-        (0..3).for_each(|_| far.app.update());
-        (far.collider(clone), mesh_components(&far.app, clone))
-    });
-    assert_eq!(cloned.0.len(), 5120);
+/// A ray's hit: point, normal and index of the triangle.
+type Hit = Option<(Vec3, Vec3, Option<usize>)>;
+
+/// The hits of parallel rays at a grid of places.
+fn cast_rays(app: &mut App) -> Vec<Hit> {
+    let cast = |x: f32, y: f32| {
+        let ray = Ray3d::new(Vec3::new(x, y, 50.0), Dir3::NEG_Z);
+        move |mut caster: MeshRayCast| {
+            let hits = caster.cast_ray(ray, &MeshRayCastSettings::default());
+            let hit = hits.first();
+            hit.map(|(_, hit)| (hit.point, hit.normal, hit.triangle_index))
+        }
+    };
+    let places = (0..100u8).map(|place| (f32::from(place % 10), f32::from(place / 10)));
+    let places = places.map(|(x, y)| (x * 0.3 - 1.2, y * 0.3 - 1.2));
+    let hits = places.map(|(x, y)| app.world_mut().run_system_once(cast(x, y)).unwrap());
+    hits.collect()
 }
 
 #[test]
-fn saved_prop_has_the_source() {
-    let loaded = as_in_stock_bevy(|far| {
+fn game_code_sees_source_of_distant_prop() {
+    let (found, triangles, components, _, hits) = as_in_stock_bevy(|far| {
+        let mut meshes = far.app.world_mut().query::<&Mesh3d>();
+        let meshes = meshes.iter(far.app.world());
+        let found: Vec<bool> = meshes.map(|mesh| mesh.0 == far.mesh).collect();
+        (
+            found,
+            far.collider(far.prop),
+            mesh_components(&far.app, far.prop),
+            *far.app.world().get::<Aabb>(far.prop).unwrap(),
+            cast_rays(&mut far.app),
+        )
+    });
+    assert_eq!(found, [true]);
+    assert_eq!(triangles.len(), 5120);
+    assert!(components.iter().any(|name| name.ends_with("Mesh3d")));
+    let count = hits.iter().flatten().count();
+    assert!(count > 20 && count < 100, "{count}");
+}
+
+#[test]
+fn copies_of_distant_prop_have_the_source() {
+    let (cloned, _, loaded) = as_in_stock_bevy(|far| {
+        let clone = far.app.world_mut().entity_mut(far.prop).clone_and_spawn();
+        far.app.world_mut().entity_mut(clone).remove::<AutoLod>();
         let world = far.app.world();
         let registry = world.resource::<AppTypeRegistry>().clone();
         let saved = DynamicWorldBuilder::from_world(world, &registry.read())
             .extract_entity(far.prop)
             .build();
         far.app.world_mut().entity_mut(far.prop).despawn();
+        (0..3).for_each(|_| far.app.update());
+        let cloned = (far.collider(clone), mesh_components(&far.app, clone));
+        far.app.world_mut().entity_mut(clone).despawn();
         let world = far.app.world_mut();
         saved.write_to_world(world, &mut default()).unwrap();
         (0..3).for_each(|_| far.app.update());
         let mut meshes = far.app.world_mut().query::<(Entity, &Mesh3d)>();
         let (entity, mesh) = meshes.single(far.app.world()).unwrap();
         assert_eq!(mesh.0, far.mesh);
-        far.collider(entity)
+        (cloned.0, cloned.1, far.collider(entity))
     });
-    assert_eq!(loaded.len(), 5120);
-}
-
-#[test]
-fn collider_has_all_triangles() {
-    let triangles = as_in_stock_bevy(|far| far.collider(far.prop));
-    assert_eq!(triangles.len(), 5120);
-}
-
-#[test]
-fn rays_hit_full_surface_of_distant_prop() {
-    let hits = as_in_stock_bevy(|far| {
-        let cast = |x: f32, y: f32| {
-            let ray = Ray3d::new(Vec3::new(x, y, 50.0), Dir3::NEG_Z);
-            move |mut caster: MeshRayCast| {
-                let hits = caster.cast_ray(ray, &MeshRayCastSettings::default());
-                let hit = hits.first();
-                hit.map(|(_, hit)| (hit.point, hit.normal, hit.triangle_index))
-            }
-        };
-        let places = (0..100u8).map(|place| (f32::from(place % 10), f32::from(place / 10)));
-        let places = places.map(|(x, y)| (x * 0.3 - 1.2, y * 0.3 - 1.2));
-        let world = far.app.world_mut();
-        let hits = places.map(|(x, y)| world.run_system_once(cast(x, y)).unwrap());
-        hits.collect::<Vec<_>>()
-    });
-    let count = hits.iter().flatten().count();
-    assert!(count > 20 && count < 100, "{count}");
-}
-
-/// Gizmos draw the box.
-#[test]
-fn prop_keeps_its_aabb() {
-    as_in_stock_bevy(|far| *far.app.world().get::<Aabb>(far.prop).unwrap());
-}
-
-#[test]
-fn prop_keeps_its_components() {
-    let components = as_in_stock_bevy(|far| mesh_components(&far.app, far.prop));
-    assert!(components.iter().any(|name| name.ends_with("Mesh3d")));
+    assert_eq!([cloned.len(), loaded.len()], [5120; 2]);
 }

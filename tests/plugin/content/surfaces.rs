@@ -1,4 +1,4 @@
-//! Bakes at run time go by the material of the entity that asks first.
+//! Bakes at run time read the material of the first entity with a mesh.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ fn image(width: u32, usage: RenderAssetUsages) -> Image {
 }
 
 /// Saves the texture of [`tree`] beside it.
-pub(crate) fn save(folder: &Path, width: u32) {
+fn save(folder: &Path, width: u32) {
     let picture = image(width, RenderAssetUsages::all());
     let picture = picture.try_into_dynamic().unwrap();
     picture.save(folder.join("needles.png")).unwrap();
@@ -55,7 +55,7 @@ fn material(texture: Handle<Image>) -> StandardMaterial {
     }
 }
 
-/// The entry that the cache has of cards with this surface.
+/// The cache entry of cards with this surface.
 fn entry(surface: Option<Surface>) -> Vec<u8> {
     let mesh = SourceMesh {
         surface: surface.map(Arc::new),
@@ -83,14 +83,13 @@ fn known(width: u32) -> Vec<u8> {
     )))
 }
 
-/// The entry that an app makes of cards with a material, of a texture that `texture` makes or finds in `folder`,
-/// and whether it found it already.
+/// The source of the levels of cards with a texture, and all cache entries.
 fn baked(
     folder: &Path,
     texture: impl FnOnce(&mut App) -> Handle<Image>,
 ) -> (LodOrigin, Vec<Vec<u8>>) {
     let mut app = app_in(folder);
-    let cache = keep_bakes(&mut app, folder);
+    let cache = set_cache(&mut app, folder);
     let texture = texture(&mut app);
     let material = add(&mut app, material(texture));
     let cards = fixtures::cards(300, 3);
@@ -103,8 +102,8 @@ fn baked(
     (origins(&app)[0], entries(&cache))
 }
 
-/// Lets the app keep what it bakes in a folder in this one, and returns that.
-fn keep_bakes(app: &mut App, folder: &Path) -> PathBuf {
+/// Sets a cache in `folder`, and returns its path.
+fn set_cache(app: &mut App, folder: &Path) -> PathBuf {
     let cache = folder.join("cache");
     let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(cache.clone());
@@ -117,8 +116,8 @@ fn entries(cache: &Path) -> Vec<Vec<u8>> {
     bytes.collect()
 }
 
-/// A glTF mesh of bark and leaves, of which a texture beside the file cuts out some.
-pub(crate) fn tree() -> GltfFile {
+/// A glTF mesh of bark and leaves. A texture beside the file cuts out the leaves.
+fn tree() -> GltfFile {
     let mut file = GltfFile::of(&fieldlod_tests::rock(3, 1));
     file.add_mesh(&fixtures::cards(1_000, 3));
     file.join_meshes();
@@ -136,8 +135,8 @@ pub(crate) fn tree() -> GltfFile {
     file
 }
 
-/// The bakes of each primitive of the tree, ahead of time.
-fn baked_ahead(glb: &Path) -> Vec<Vec<u8>> {
+/// The cache entries of both primitives of the tree.
+fn baked_entries(glb: &Path) -> Vec<Vec<u8>> {
     let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
     let primitives = outcome.file.primitives.into_iter();
     let mut entries: Vec<_> = primitives.map(|p| entry_of(p.hierarchy)).collect();
@@ -165,8 +164,8 @@ fn leaves_are_baked_with_their_texture() {
 fn tinted_copies_of_a_rock_are_baked_once() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = app_in(folder.path());
-    let cache = keep_bakes(&mut app, folder.path());
-    // One after the other.
+    let cache = set_cache(&mut app, folder.path());
+    // Bakes at the same time would not find the entry.
     let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.advanced.bake_threads = Some(1);
     for red in [0.2, 0.5, 0.8] {
@@ -212,12 +211,12 @@ fn unreadable_texture_leaves_surface_unknown() {
 fn bark_and_leaves_are_baked_with_both_materials() {
     let mut file = tree();
     let glb = file.glb();
-    let unknown = baked_ahead(&glb);
+    let unknown = baked_entries(&glb);
     save(file.folder(), 2);
-    let known = baked_ahead(&glb);
+    let known = baked_entries(&glb);
     assert!(known != unknown);
     let mut app = app_in(file.folder());
-    let cache = keep_bakes(&mut app, file.folder());
+    let cache = set_cache(&mut app, file.folder());
     let assets = app.world().resource::<AssetServer>();
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("mesh.glb"));
     let scene = (WorldAssetRoot(scene), AutoLod::default());

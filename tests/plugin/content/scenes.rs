@@ -53,7 +53,7 @@ fn one_tree() -> GltfFile {
     file
 }
 
-/// Two trees whose bark is the same, and the leaves are not; the scene has the second.
+/// Two trees with the same bark and different leaves. The scene has the second tree.
 fn second_of_two_trees() -> GltfFile {
     let [bark, leaves] = fieldlod_tests::tree_in_parts(1500, 1);
     let [_, fewer_leaves] = fieldlod_tests::tree_in_parts(300, 2);
@@ -81,7 +81,7 @@ fn bake_with(glb: &Path, options: FileOptions) -> Vec<u8> {
     outcome.file.to_bytes_with(options)
 }
 
-/// With all vertices and without those of the source.
+/// The file with all vertices, and the file without source vertices.
 fn bake_both(glb: &Path) -> [Vec<u8>; 2] {
     [false, true].map(|beside_source| {
         let options = FileOptions {
@@ -108,13 +108,56 @@ fn file_matches_meshes_loaded_by_bevy() {
     let mut file = two_rocks();
     let glb = file.glb();
     for bytes in bake_both(&glb) {
-        file.write("good.fieldlod", &bytes);
-        let mut app = app_in(file.folder());
-        spawn_scene(&mut app, Some("good.fieldlod"));
-        ready(&mut app, 2);
-        assert_eq!(origins(&app), [LodOrigin::File; 2]);
-        assert!(!logged(Level::ERROR, &["good.fieldlod"]));
+        for (name, lods, origin) in [
+            ("named.fieldlod", Some("named.fieldlod"), LodOrigin::File),
+            ("mesh.fieldlod", None, LodOrigin::BesideAsset),
+        ] {
+            file.write(name, &bytes);
+            let mut app = app_in(file.folder());
+            spawn_scene(&mut app, lods);
+            ready(&mut app, 2);
+            assert_eq!(origins(&app), [origin; 2]);
+        }
     }
+}
+
+/// A file that [`AutoLod`] names must match. In place of a faulty file beside the asset, the mesh is baked.
+#[test]
+fn faulty_files_are_logged() {
+    let mut file = two_rocks();
+    let stale = bake(&one_rock(4, 10).glb());
+    let mut corrupt = bake(&file.glb());
+    corrupt[1000] ^= 1;
+    for (bytes, fault) in [
+        (Some(&stale), "stale"),
+        (Some(&corrupt), "checksum"),
+        (None, "not found"),
+    ] {
+        let name: &'static str = match fault {
+            "stale" => "stale.fieldlod",
+            "checksum" => "corrupt.fieldlod",
+            _ => "missing.fieldlod",
+        };
+        if let Some(bytes) = bytes {
+            file.write(name, bytes);
+            file.write("mesh.fieldlod", bytes);
+        }
+        let mut app = app_in(file.folder());
+        spawn_scene(&mut app, Some(name));
+        run_until(&mut app, "both have failed", |app| progress(app).plain == 2);
+        // The asset server logs from another thread.
+        run_until(&mut app, "the log has file and fault", |_| {
+            logged(Level::ERROR, &[name, fault])
+        });
+        if bytes.is_some() {
+            let mut app = app_in(file.folder());
+            spawn_scene(&mut app, None);
+            ready(&mut app, 2);
+            assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
+            assert!(logged(Level::WARN, &["mesh.fieldlod", fault]));
+        }
+    }
+    assert!(logged(Level::WARN, &["mesh.glb#Mesh0/Primitive0", "stale"]));
 }
 
 #[test]
@@ -139,59 +182,15 @@ fn file_does_not_match_converted_coordinates() {
 }
 
 #[test]
-fn file_beside_asset_is_found() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    for bytes in bake_both(&glb) {
-        file.write("mesh.fieldlod", &bytes);
-        let mut app = app_in(file.folder());
-        spawn_scene(&mut app, None);
-        ready(&mut app, 2);
-        assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
-    }
-}
-
-#[test]
-fn stale_file_beside_asset_is_logged() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    file.write("mesh.fieldlod", &bake(&glb));
-    let mut changed = one_rock(4, 10);
-    file.write("mesh.glb", &changed.glb_bytes());
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 1);
-    assert_eq!(origins(&app), [LodOrigin::Baked]);
-    let words = ["mesh.glb#Mesh0/Primitive0", "mesh.fieldlod", "stale"];
-    assert!(logged(Level::WARN, &words));
-}
-
-#[test]
-fn corrupt_file_beside_asset_is_logged() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    let mut bytes = bake(&glb);
-    bytes[1000] ^= 1;
-    file.write("mesh.fieldlod", &bytes);
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, None);
-    ready(&mut app, 2);
-    assert_eq!(origins(&app), [LodOrigin::Baked; 2]);
-    assert!(logged(Level::WARN, &["mesh.fieldlod", "checksum"]));
-}
-
-#[test]
 fn reloaded_file_is_applied() {
     let mut file = two_rocks();
     let good = bake(&file.glb());
     let stale = bake(&one_rock(4, 10).glb());
-    // It is broken, then stale, then good, then good again.
+    // It is truncated, then stale, then good, then good again.
     file.write("lods.fieldlod", &good[..100]);
     let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("lods.fieldlod"));
-    run_until(&mut app, "both are given up", |app| {
-        progress(app).plain == 2
-    });
+    run_until(&mut app, "both have failed", |app| progress(app).plain == 2);
     let reload = |app: &mut App, bytes: &[u8]| {
         file.write("lods.fieldlod", bytes);
         app.world()
@@ -206,7 +205,7 @@ fn reloaded_file_is_applied() {
     };
     let before = failures(&app);
     reload(&mut app, &stale);
-    run_until(&mut app, "both are given up again", |app| {
+    run_until(&mut app, "both have failed again", |app| {
         failures(app) == before + 2 && progress(app).plain == 2
     });
     assert_eq!(origins(&app), []);
@@ -214,7 +213,9 @@ fn reloaded_file_is_applied() {
     ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::File; 2]);
     reload(&mut app, &good);
-    run_until(&mut app, "both start anew", |app| origins(app).len() == 4);
+    run_until(&mut app, "both are read again", |app| {
+        origins(app).len() == 4
+    });
     ready(&mut app, 2);
 }
 
@@ -248,61 +249,13 @@ fn repeated_scenes_leak_nothing() {
         assert_eq!(*first.get_or_insert(now), now, "round {round}");
     }
     drop(scene);
-    run_until(&mut app, "the meshes go with the scene", |app| {
+    run_until(&mut app, "the meshes are freed with the scene", |app| {
         app.world().resource::<Assets<Mesh>>().len() == empty
     });
 }
 
-#[test]
-fn rejects_a_stale_fieldlod_file() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    file.write("stale.fieldlod", &bake(&glb));
-    let mut changed = one_rock(4, 9);
-    file.write("mesh.glb", &changed.glb_bytes());
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, Some("stale.fieldlod"));
-    run_until(&mut app, "the mesh is given up", |app| {
-        progress(app).plain == 1
-    });
-    let words = ["mesh.glb#Mesh0/Primitive0", "stale.fieldlod", "stale"];
-    assert!(logged(Level::ERROR, &words));
-}
-
-#[test]
-fn rejects_a_corrupt_fieldlod_file() {
-    let mut file = two_rocks();
-    let glb = file.glb();
-    let mut bytes = bake(&glb);
-    bytes[1000] ^= 1;
-    file.write("corrupt.fieldlod", &bytes);
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, Some("corrupt.fieldlod"));
-    run_until(&mut app, "both meshes are given up", |app| {
-        progress(app).plain == 2
-    });
-    // The asset server logs from another thread.
-    run_until(&mut app, "the log names the file and the error", |_| {
-        logged(Level::ERROR, &["corrupt.fieldlod", "checksum"])
-    });
-}
-
-#[test]
-fn rejects_a_missing_fieldlod_file() {
-    let mut file = two_rocks();
-    file.glb();
-    let mut app = app_in(file.folder());
-    spawn_scene(&mut app, Some("missing.fieldlod"));
-    run_until(&mut app, "both meshes are given up", |app| {
-        progress(app).plain == 2
-    });
-    run_until(&mut app, "the log names the file", |_| {
-        logged(Level::ERROR, &["missing.fieldlod"])
-    });
-}
-
-/// The levels of bark and leaves of a tree on the way up to it.
-fn levels_on_the_way(app: &mut App) -> Vec<[Option<u32>; 2]> {
+/// The levels of bark and leaves of a tree while a camera approaches.
+fn levels_while_approaching(app: &mut App) -> Vec<[Option<u32>; 2]> {
     let camera = spawn_camera(app, 400.0);
     let parts = parts_of_tree(app).map(|(entity, _)| entity);
     let mut drawn = Vec::new();
@@ -332,24 +285,24 @@ fn bark_and_leaves_change_levels_together() {
     let mut file = one_tree();
     let glb = file.glb();
     let cache = tempfile::tempdir().unwrap();
-    let on_the_way = |origin: LodOrigin| {
+    let approach = |origin: LodOrigin| {
         let mut app = app_in(file.folder());
         let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
         config.cache_folder = Some(cache.path().into());
         spawn_scene(&mut app, None);
         ready(&mut app, 2);
         assert_eq!(origins(&app), [origin; 2]);
-        levels_on_the_way(&mut app)
+        levels_while_approaching(&mut app)
     };
-    let baked = on_the_way(LodOrigin::Baked);
-    assert_eq!(on_the_way(LodOrigin::Cache), baked);
-    // A file knows the material, which this app has not.
+    let baked = approach(LodOrigin::Baked);
+    assert_eq!(approach(LodOrigin::Cache), baked);
+    // The bake of a file reads the material, which this app does not have.
     file.write("mesh.fieldlod", &bake(&glb));
     assert_changes_together(&baked);
-    assert_changes_together(&on_the_way(LodOrigin::BesideAsset));
+    assert_changes_together(&approach(LodOrigin::BesideAsset));
 }
 
-/// In every step in which one changes, so does the other, until leaves are too few to change.
+/// Checks that both change in the same steps, until there are too few leaves to change.
 fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     let steps = drawn
         .windows(2)
@@ -362,7 +315,7 @@ fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
 }
 
-/// Whether levels were baked at run time or read from a file.
+/// For levels that were baked at run time, and for levels of a file.
 #[test]
 fn changed_leaves_are_baked_with_bark_again() {
     let mut file = one_tree();
@@ -381,7 +334,7 @@ fn changed_leaves_are_baked_with_bark_again() {
         *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
         run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
         ready(&mut app, 2);
-        assert_changes_together(&levels_on_the_way(&mut app));
+        assert_changes_together(&levels_while_approaching(&mut app));
         assert_eq!(origins(&app)[2..], [LodOrigin::Baked; 2]);
     }
 }
@@ -395,5 +348,5 @@ fn shared_bark_changes_with_leaves_of_each_tree() {
     spawn_scene(&mut app, None);
     ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
-    assert_changes_together(&levels_on_the_way(&mut app));
+    assert_changes_together(&levels_while_approaching(&mut app));
 }

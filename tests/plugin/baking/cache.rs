@@ -1,4 +1,4 @@
-//! What was baked once is not baked again.
+//! The cache of bakes.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use fieldlod_hierarchy::{BakedFile, FileError};
 
 use crate::headless::{add, app, logged, origins, progress, ready, rock, run_until, spawn_object};
 
-/// Where an app with this cache gets the levels of a rock from.
+/// The source of the levels of a rock in an app with this cache.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
     run_mesh(folder, rock(4, seed))
 }
@@ -39,8 +39,8 @@ fn second_run_reads_cache() {
     assert_eq!(run(&cache, 1), LodOrigin::Baked);
     assert_eq!(run(&cache, 1), LodOrigin::Cache);
     let entries = entries(&cache);
-    assert_eq!(entries.len(), 1, "and nothing half-written is left");
-    // The mesh is at hand, so that its vertices need not be written.
+    assert_eq!(entries.len(), 1, "a partial file is left");
+    // An entry has no source vertices, because the mesh has them.
     let entry = BakedFile::from_bytes(&fs::read(&entries[0]).unwrap());
     let left_out = FileError::SourceVerticesLeftOut { primitive: 0 };
     assert_eq!(entry, Err(left_out));
@@ -88,33 +88,6 @@ fn unwritable_cache_is_logged() {
     assert!(logged(Level::WARN, &["a-file", "could not write"]));
 }
 
-/// A limit of 16 kB per file stands for a full disk.
-#[cfg(unix)]
-#[test]
-fn full_disk_is_logged() {
-    const FOLDER: &str = "FIELDLOD_TEST_FULL_DISK";
-    if let Some(folder) = std::env::var_os(FOLDER) {
-        let folder = Path::new(&folder);
-        assert_eq!(run(folder, 1), LodOrigin::Baked);
-        assert!(logged(Level::WARN, &["fieldlod", "could not write"]));
-        assert!(entries(folder).is_empty(), "{:?}", entries(folder));
-        return;
-    }
-    // The limit is that of a process: the same test in another.
-    let folder = tempfile::tempdir().unwrap();
-    let limited = "trap '' XFSZ; ulimit -f 32; exec \"$@\"";
-    let test = "cache::full_disk_is_logged";
-    let ran = std::process::Command::new("sh")
-        .args(["-c", limited, "sh"])
-        .arg(std::env::current_exe().unwrap())
-        .args([test, "--exact", "--nocapture"])
-        .env(FOLDER, folder.path())
-        .output()
-        .unwrap();
-    let said = String::from_utf8_lossy(&ran.stdout);
-    assert!(ran.status.success() && said.contains("1 passed"), "{ran:?}");
-}
-
 #[test]
 fn disabled_bake_reads_cache_only() {
     let folder = tempfile::tempdir().unwrap();
@@ -125,16 +98,16 @@ fn disabled_bake_reads_cache_only() {
     config.bake_at_run_time = false;
     spawn_object(&mut app, rock(4, 1));
     spawn_object(&mut app, rock(4, 2));
-    run_until(&mut app, "one is ready, the other given up", |app| {
+    run_until(&mut app, "one is ready and one has failed", |app| {
         (progress(app).ready, progress(app).plain) == (1, 1)
     });
     assert_eq!(origins(&app), [LodOrigin::Cache]);
     assert!(logged(Level::ERROR, &["not baked at run time"]));
 }
 
-/// A menu that was closed: the game keeps the handle, and the levels leave if they can be loaded again.
+/// After a menu was closed, the game keeps the handle. Levels are dropped if the cache has them.
 #[test]
-fn unused_levels_leave_if_cached() {
+fn unused_levels_are_dropped_if_cached() {
     let folder = tempfile::tempdir().unwrap();
     for is_cached in [true, false] {
         let mut app = app();

@@ -1,5 +1,4 @@
-//! What the plugin promises of props holds for characters: a bending tube of two primitives with one skin, and a ball
-//! with a morph target.
+//! Characters: a bending tube of two primitives with one skin, and a ball with a morph target.
 
 use std::path::Path;
 
@@ -20,8 +19,8 @@ use fieldlod_hierarchy::FileOptions;
 use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
 use crate::headless::{
-    Events, app_in, insert, level, logged, move_camera, origins, progress, ready, rock, run_until,
-    spawn_camera, stats,
+    Events, app_in, entity_count, insert, level, logged, move_camera, origins, progress, ready,
+    rock, run_until, spawn_camera, stats,
 };
 
 /// An app in front of the scene of a file, without levels.
@@ -68,18 +67,13 @@ impl Show {
     }
 
     fn parts_when_loaded(&mut self, root: Entity) -> Vec<Entity> {
-        let deadline = std::time::Instant::now() + std::time::Duration::from_secs(60);
-        while self.parts(root).is_empty() {
-            assert!(
-                std::time::Instant::now() < deadline,
-                "the scene is not loaded"
-            );
-            self.app.update();
-        }
+        run_until(&mut self.app, "the scene is loaded", |app| {
+            entity_count(app) > 0
+        });
         self.parts(root)
     }
 
-    /// The level of all parts below `root`, which is one.
+    /// The common level of all parts below `root`.
     fn level(&mut self, root: Entity) -> Option<u32> {
         let camera = self.camera;
         let parts = self.parts(root);
@@ -315,7 +309,7 @@ fn rays_hit_parts_at_any_level() {
     assert!(hits[0].iter().flatten().count() > 20);
 }
 
-/// Where the levels of the parts come from.
+/// The sources of the levels of the parts.
 fn run(file: &GltfFile, cache: Option<&Path>, lods: Option<&'static str>) -> Vec<LodOrigin> {
     let mut app = app_in(file.folder());
     app.world_mut()
@@ -358,7 +352,7 @@ fn levels_come_from_cache_and_files() {
         file.write("mesh.fieldlod", &bytes);
         assert_eq!(run(&file, None, None), [BesideAsset; 2]);
     }
-    // A clip of the file has changed, and with it what the levels must hold.
+    // Levels depend on the clips of the file.
     std::fs::remove_file(file.folder().join("mesh.fieldlod")).unwrap();
     file.list("animations").pop();
     file.glb();
@@ -369,7 +363,7 @@ fn levels_come_from_cache_and_files() {
 fn reloaded_character_is_baked_again() {
     let (mut show, root) = Show::ready(tube(), 2000.0);
     assert_eq!(origins(&show.app).len(), 2);
-    // Without a watcher, Bevy reloads files of which it has the whole.
+    // Without a watcher, Bevy reloads only files that were loaded as a whole.
     let assets = show.app.world().resource::<AssetServer>();
     let _whole = assets.load::<Gltf>("mesh.glb");
     // The first coordinate of the first vertex.
@@ -398,7 +392,7 @@ fn edited_part_draws_its_source() {
         .insert(&mesh, scaled.scaled_by(Vec3::splat(1.5)))
         .unwrap();
     // After it has stayed unchanged for a while.
-    run_until(&mut show.app, "it is given up", |app| {
+    run_until(&mut show.app, "it has failed", |app| {
         let mut events = app.world().resource::<Events>().0.iter();
         events.any(is_rigged)
     });
@@ -407,7 +401,7 @@ fn edited_part_draws_its_source() {
     assert_eq!((progress.ready, progress.plain), (1, 1));
 }
 
-/// Whether a mesh was given up because its file does not have it.
+/// Whether a mesh failed because it differs from its file.
 fn is_rigged(event: &FieldLodEvent) -> bool {
     let FieldLodEvent::Failed { error, .. } = event else {
         return false;
@@ -439,50 +433,8 @@ fn skin_without_file_draws_its_source() {
     };
     app.world_mut()
         .spawn((Mesh3d(mesh), skin, AutoLod::default()));
-    run_until(&mut app, "it is left", |app| progress(app).plain == 1);
+    run_until(&mut app, "it is plain", |app| progress(app).plain == 1);
     let events = &app.world().resource::<Events>().0;
     assert!(events.len() == 1 && is_rigged(&events[0]), "{events:?}");
     assert!(logged(Level::INFO, &["skinned or has morph targets"]));
-}
-
-#[test]
-#[ignore = "needs a folder of .glb files, FIELDLOD_CHARACTERS"]
-fn characters_of_a_folder_have_levels() {
-    let folder = std::env::var_os("FIELDLOD_CHARACTERS").expect("FIELDLOD_CHARACTERS");
-    let files: Vec<_> = std::fs::read_dir(&folder).unwrap().collect();
-    assert!(!files.is_empty());
-    for file in files.into_iter().map(|file| file.unwrap().path()) {
-        let name = file.file_name().unwrap().to_string_lossy().into_owned();
-        let mut app = app_in(Path::new(&folder));
-        let assets = app.world().resource::<AssetServer>();
-        let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(name.clone()));
-        let start = std::time::Instant::now();
-        app.world_mut()
-            .spawn((WorldAssetRoot(scene), AutoLod::default()));
-        let is_done = |app: &App| {
-            let FieldLodProgress {
-                waiting,
-                ready,
-                plain,
-                ..
-            } = progress(app);
-            waiting == 0 && ready + plain > 0
-        };
-        while !is_done(&app) {
-            assert!(
-                start.elapsed().as_secs() < 600,
-                "{name}: {:?}",
-                progress(&app)
-            );
-            app.update();
-            std::thread::sleep(std::time::Duration::from_millis(1));
-        }
-        println!("{name}: {:?} in {:?}", progress(&app), start.elapsed());
-        let events = &app.world().resource::<Events>().0;
-        let failed: Vec<_> = events
-            .iter()
-            .filter(|event| matches!(event, FieldLodEvent::Failed { .. }))
-            .collect();
-        assert!(failed.is_empty(), "{name}: {failed:?}");
-    }
 }

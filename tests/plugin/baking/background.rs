@@ -1,4 +1,4 @@
-//! Bakes in the background keep out of a game's way.
+//! Bakes in the background do not disturb the game.
 
 use std::sync::mpsc::channel;
 
@@ -22,7 +22,7 @@ fn bakes_do_not_block_async_compute_tasks() {
     app.update();
     assert!(progress(&app).baking > 0);
     let task = AsyncComputeTaskPool::get().spawn(async {});
-    run_until(&mut app, "the task is done", |_| task.is_finished());
+    run_until(&mut app, "the task is complete", |_| task.is_finished());
     assert!(progress(&app).ready < 15, "{:?}", progress(&app));
 }
 
@@ -31,7 +31,7 @@ fn bakes_do_not_use_global_rayon_pool() {
     let (sender, receiver) = channel::<()>();
     let receiver = std::sync::Mutex::new(receiver);
     std::thread::scope(|scope| {
-        // Every thread of the pool that all share waits until the bake is done.
+        // All threads of the global pool are blocked until the bake is done.
         scope.spawn(|| {
             rayon::broadcast(|_| {
                 let _ = receiver.lock().unwrap().recv();
@@ -73,7 +73,7 @@ fn changing_mesh_draws_its_source() {
     let id = source.id().to_string();
     assert!(logged(Level::INFO, &[&id, "changes every few frames"]));
     assert_eq!(origins(&app).len(), 1);
-    // It rests.
+    // It stays unchanged.
     ready(&mut app, 2);
     assert!(level(&mut app, water, camera) > Some(0));
     assert_eq!(origins(&app).len(), 2);
@@ -101,4 +101,33 @@ fn largest_mesh_on_screen_is_prepared_first() {
     };
     run_until(&mut app, "one is ready", |app| progress(app).ready > 0);
     assert!(is_ready(&app, rocks[2]));
+}
+
+/// Threads of a name, each with its niceness.
+#[cfg(target_os = "linux")]
+fn niceness_of_threads(name: &str) -> Vec<i32> {
+    let tasks = std::fs::read_dir("/proc/self/task").unwrap();
+    let stats =
+        tasks.filter_map(|task| std::fs::read_to_string(task.ok()?.path().join("stat")).ok());
+    let niceness = |stat: String| {
+        let (before, after) = stat.split_once(')')?;
+        // The field `nice`, the seventeenth after the name (man 5 proc).
+        let niceness = after.split_whitespace().nth(16)?.parse().ok()?;
+        before.contains(name).then_some(niceness)
+    };
+    stats.filter_map(niceness).collect()
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn bake_threads_have_low_priority() {
+    let mut app = app();
+    spawn_rock(&mut app, 5);
+    ready(&mut app, 1);
+    let bakes = niceness_of_threads("FieldLod");
+    assert!(
+        !bakes.is_empty() && bakes.iter().all(|&nice| nice == 10),
+        "{bakes:?}"
+    );
+    assert!(niceness_of_threads("").iter().any(|&nice| nice < 10));
 }

@@ -1,4 +1,4 @@
-//! Meshes that cannot have levels of detail are drawn as they are, and the log says why.
+//! Meshes that cannot have levels of detail: the source is drawn, and the log has the reason.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::log::tracing::Level;
@@ -21,7 +21,7 @@ fn assert_plain(
     level: Level,
     words: &[&str],
 ) -> bool {
-    run_until(app, "the mesh is given up", |app| progress(app).plain == 1);
+    run_until(app, "the mesh is plain", |app| progress(app).plain == 1);
     app.update();
     assert_eq!(visible(app, camera), [object]);
     let id = app.world().get::<Mesh3d>(object).unwrap().id().to_string();
@@ -80,31 +80,29 @@ fn unsupported_meshes_are_logged_once_with_name() {
         insert(&mut app, object, Name::new(name));
         app.update();
     }
-    run_until(&mut app, "both are given up", |app| {
-        progress(app).plain == 2
-    });
+    run_until(&mut app, "both are plain", |app| progress(app).plain == 2);
     let count = |name| logged_times(Level::INFO, &[name, "LineStrip"]);
     assert_eq!(count("first rope") + count("second rope"), 1);
     assert!(!logged(Level::ERROR, &["LineStrip"]));
     assert!(!logged(Level::INFO, &["rope", "TypeId"]));
 }
 
-/// What entities told, in order.
+/// The events of entities, in order: the observer, the target, and whether it is ready.
 #[derive(Resource, Default)]
-struct Told(Vec<(Entity, Entity, bool)>);
+struct Seen(Vec<(Entity, Entity, bool)>);
 
 #[test]
 fn entity_events_propagate_to_parents() {
     let mut app = app();
     spawn_camera(&mut app, 10.0);
-    app.init_resource::<Told>();
+    app.init_resource::<Seen>();
     let root = app.world_mut().spawn(Transform::default()).id();
     let mut root_mut = app.world_mut().entity_mut(root);
-    root_mut.observe(move |ready: On<LodReady>, mut told: ResMut<Told>| {
-        told.0.push((root, ready.original_event_target(), true));
+    root_mut.observe(move |ready: On<LodReady>, mut seen: ResMut<Seen>| {
+        seen.0.push((root, ready.original_event_target(), true));
     });
-    root_mut.observe(move |failed: On<LodFailed>, mut told: ResMut<Told>| {
-        told.0.push((root, failed.original_event_target(), false));
+    root_mut.observe(move |failed: On<LodFailed>, mut seen: ResMut<Seen>| {
+        seen.0.push((root, failed.original_event_target(), false));
     });
     let mut lines = Mesh::new(PrimitiveTopology::LineList, RenderAssetUsages::default());
     lines.insert_attribute(Mesh::ATTRIBUTE_POSITION, vec![[0.0f32; 3]; 3000]);
@@ -114,11 +112,11 @@ fn entity_events_propagate_to_parents() {
     app.update();
     let state = |app: &App, entity: Entity| app.world().get::<LodState>(entity).copied();
     assert_eq!(state(&app, good), Some(LodState::Waiting));
-    run_until(&mut app, "both have told", |app| {
-        app.world().resource::<Told>().0.len() == 2
+    run_until(&mut app, "both events arrive", |app| {
+        app.world().resource::<Seen>().0.len() == 2
     });
-    let told = &app.world().resource::<Told>().0;
-    assert!(told.contains(&(root, good, true)) && told.contains(&(root, bad, false)));
+    let seen = &app.world().resource::<Seen>().0;
+    assert!(seen.contains(&(root, good, true)) && seen.contains(&(root, bad, false)));
     let ready = LodState::Ready(LodKind::WholeMesh);
     assert_eq!(
         [good, bad].map(|e| state(&app, e)),

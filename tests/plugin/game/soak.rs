@@ -1,4 +1,4 @@
-//! Whatever happens in whatever order, what must be drawn is drawn.
+//! Random changes: every object is drawn whole and once.
 
 use fieldlod_tests::soak::Soak;
 

@@ -1,4 +1,4 @@
-//! Meshes that are drawn from their `.fieldlod` file alone.
+//! Meshes that are drawn from a `.fieldlod` file without a glTF file.
 
 use std::fs;
 use std::path::Path;
@@ -11,7 +11,9 @@ use bevy_fieldlod::{LodError, LodUnit};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Precision};
 
-use crate::headless::{app_in, logged, progress, ready, run_until, spawn_camera, stats, units};
+use crate::headless::{
+    app_in, failures, logged, progress, ready, run_until, spawn_camera, stats, units,
+};
 
 /// Writes the levels of a rock and of a larger one.
 fn write_rocks(folder: &Path, options: FileOptions) {
@@ -55,7 +57,7 @@ fn file_without_gltf_is_drawn() {
             world.get::<LodState>(large),
             Some(&LodState::Ready(LodKind::Clusters))
         );
-        // Two of the same share all.
+        // Entities of the same primitive share the mesh.
         assert_eq!(world.get::<Mesh3d>(large), world.get::<Mesh3d>(again));
         assert_eq!(world.get::<AutoLod>(prop).map(|lod| lod.bias), Some(2.0));
         assert!(world.get::<Aabb>(large).is_some());
@@ -81,7 +83,7 @@ fn removed_component_leaves_nothing() {
     let mut left = app.world_mut().query::<&LodUnit>();
     assert_eq!(left.iter(app.world()).count(), 0);
     assert_eq!(progress(&app).ready, 0);
-    // And put on again, it comes back.
+    // The component is inserted again.
     let file = app.world().resource::<AssetServer>().load("rocks.fieldlod");
     app.world_mut()
         .entity_mut(large)
@@ -89,14 +91,12 @@ fn removed_component_leaves_nothing() {
     ready(&mut app, 1);
 }
 
-/// What an app says of a primitive that it cannot draw.
+/// The error of a primitive that cannot be drawn.
 fn failure(folder: &Path, primitive: u32) -> LodError {
     let mut app = app_in(folder);
-    app.init_resource::<Failures>().add_observer(note_failure);
     spawn(&mut app, primitive, ());
-    let failures = |app: &App| app.world().resource::<Failures>().0.clone();
     run_until(&mut app, "a failure", |app| !failures(app).is_empty());
-    failures(&app).swap_remove(0)
+    failures(&app)[0].clone()
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn faults_are_reported() {
     };
     assert_eq!(failure(folder.path(), primitive), missing);
     assert!(logged(Level::ERROR, &["rocks.fieldlod", "no primitive 7"]));
-    // A file that needs its source, and none at all.
+    // A file without source vertices, and a missing file.
     let beside_source = FileOptions {
         beside_source: true,
         ..default()
@@ -123,11 +123,4 @@ fn faults_are_reported() {
     fs::remove_file(folder.path().join("rocks.fieldlod")).unwrap();
     let not_loaded = LodError::FileNotLoaded { file: file() };
     assert_eq!(failure(folder.path(), 0), not_loaded);
-}
-
-#[derive(Resource, Default)]
-struct Failures(Vec<LodError>);
-
-fn note_failure(failed: On<LodFailed>, mut failures: ResMut<Failures>) {
-    failures.0.push(failed.error.clone());
 }

@@ -1,4 +1,4 @@
-//! Entities that are despawned at any time.
+//! Entities that are despawned in any phase of a frame.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use crate::headless::{
     unfinished, units, visible,
 };
 
-/// Whether all objects and units are to be despawned.
+/// Whether all objects and units are despawned in the next frame.
 #[derive(Resource, Default)]
 struct Doomed(bool);
 
@@ -33,7 +33,7 @@ fn despawn_in_any_phase_does_not_panic() {
     for phase in [Track, Prepare, Select, Filter] {
         for frames in 0..2 {
             let mut app = unfinished(AssetPlugin::default());
-            // The commands of both are applied at once, the despawns first.
+            // The commands of both are applied together, the despawns first.
             let despawn_all = despawn_all.before_ignore_deferred(phase);
             app.init_resource::<Doomed>()
                 .add_plugins(FieldLodTexturePlugin)
@@ -43,7 +43,7 @@ fn despawn_in_any_phase_does_not_panic() {
             let known = Mesh3d(mesh);
             app.world_mut().spawn((known.clone(), AutoLod::default()));
             ready(&mut app, 1);
-            // What is new, after so many frames.
+            // New entities, after no frame and one frame.
             spawn_camera(&mut app, 3.0);
             app.world_mut().spawn((known, AutoLod::default()));
             let clusters = Mesh3d(add(&mut app, rock(5, 1)));
@@ -65,7 +65,7 @@ fn reused_record_spawns_one_entity() {
     for _ in 0..3 {
         let mut objects = app.world_mut().query_filtered::<Entity, With<AutoLod>>();
         let object = objects.single(app.world()).unwrap();
-        // The units go first, then the object, and another comes in the same frame.
+        // Another object is spawned in the frame in which units and object are despawned.
         app.world_mut().entity_mut(object).despawn_children();
         app.world_mut().entity_mut(object).despawn();
         app.world_mut().spawn((mesh.clone(), AutoLod::default()));
@@ -98,7 +98,7 @@ fn despawn_in_observer_does_not_panic() {
             },
         );
         spawn_rock(&mut app, subdivisions);
-        run_until(&mut app, "it is gone", |app| entity_count(app) == 0);
+        run_until(&mut app, "it is despawned", |app| entity_count(app) == 0);
         app.update();
     }
 }

@@ -17,6 +17,7 @@ mod streamed;
 mod baking {
     mod background;
     mod cache;
+    mod processed;
 }
 
 /// Kinds of meshes and files.
@@ -26,7 +27,7 @@ mod content {
     mod rejects;
     mod scenes;
     mod standalone;
-    mod surfaces;
+    pub(crate) mod surfaces;
 }
 
 /// Features of Bevy and code of games.

@@ -28,9 +28,9 @@
 //!    some seconds of one core with optimised dependencies: put `[profile.dev.package."*"]` with `opt-level = 3` into
 //!    `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
-//! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work, and ship the files of the command
-//!    `fieldlod bake statue.glb`. The plugin finds `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without
-//!    its glTF file.
+//! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work. Ship the assets that
+//!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb`; the plugin finds
+//!    `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
 //!
 //! Coming from hand-made levels: [`guide::migration`]. Limits: [`guide::compatibility`].
 //!
@@ -62,7 +62,8 @@
 //! `VisibleEntities` of cameras and lights do not contain them.
 //!
 //! # Features
-//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files are used, and no C++ is linked.
+//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and
+//!   no C++ is linked.
 //! - `debug`: `FieldLodDebugPlugin`.
 
 mod api;
@@ -88,6 +89,8 @@ pub use api::settings::FieldLodCamera;
 pub use api::stats::{FieldLodProgress, FieldLodViewStats};
 pub use api::systems::FieldLodSystems;
 pub use assets::baked_lods::BakedLods;
+#[cfg(feature = "bake")]
+pub use assets::processor::FieldLodProcessorPlugin;
 pub use assets::standalone::LodMesh3d;
 #[cfg(feature = "debug")]
 pub use debug::{FieldLodDebug, FieldLodDebugPlugin, FieldLodGizmos, FieldLodHeatMap};

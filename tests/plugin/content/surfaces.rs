@@ -40,7 +40,7 @@ fn image(width: u32, usage: RenderAssetUsages) -> Image {
 }
 
 /// Saves the texture of [`tree`] beside it.
-fn save(folder: &Path, width: u32) {
+pub(crate) fn save(folder: &Path, width: u32) {
     let picture = image(width, RenderAssetUsages::all());
     let picture = picture.try_into_dynamic().unwrap();
     picture.save(folder.join("needles.png")).unwrap();
@@ -117,7 +117,7 @@ fn entries(cache: &Path) -> Vec<Vec<u8>> {
 }
 
 /// A glTF mesh of bark and leaves. A texture beside the file cuts out the leaves.
-fn tree() -> GltfFile {
+pub(crate) fn tree() -> GltfFile {
     let mut file = GltfFile::of(&fieldlod_tests::rock(3, 1));
     file.add_mesh(&fixtures::cards(1_000, 3));
     file.join_meshes();

@@ -14,7 +14,7 @@ use crate::api::config::LodKind;
 pub enum LodOrigin {
     /// The file that [`AutoLod::baked`](crate::AutoLod::baked) names.
     File,
-    /// A `.fieldlod` file beside the asset.
+    /// A `.fieldlod` file beside the asset, or a chunk that the asset processor added to the asset.
     BesideAsset,
     /// An entry in [`FieldLodAppConfig::cache_folder`](crate::FieldLodAppConfig::cache_folder).
     Cache,

@@ -9,6 +9,8 @@ use bevy::log::warn;
 use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::BakedFile;
 
+use crate::assets::glb;
+
 /// A file, with its name for messages.
 type Found = Option<(String, Arc<BakedFile>)>;
 
@@ -41,14 +43,26 @@ impl SidecarFiles {
     }
 }
 
-/// Reads the file with the same name and the extension `fieldlod`.
+/// Reads the file with the same name and the extension `fieldlod`, or the chunk that the asset processor added to a
+/// `.glb`.
 async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found {
     let sidecar = path.path().with_extension("fieldlod");
-    let bytes = read(assets, path, &sidecar).await?;
-    match BakedFile::from_bytes_beside_source(&bytes) {
-        Ok(file) => Some((sidecar.display().to_string(), Arc::new(file))),
+    if let Some(bytes) = read(assets, path, &sidecar).await {
+        return parse(sidecar.display().to_string(), &bytes);
+    }
+    let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
+    if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
+        let whole = read(assets, path, path.path()).await?;
+        return parse(path.to_string(), glb::find_chunk(&whole)?);
+    }
+    None
+}
+
+fn parse(name: String, bytes: &[u8]) -> Found {
+    match BakedFile::from_bytes_beside_source(bytes) {
+        Ok(file) => Some((name, Arc::new(file))),
         Err(error) => {
-            warn!("could not use {}: {error}", sidecar.display());
+            warn!("could not use {name}: {error}");
             None
         }
     }

@@ -2,7 +2,7 @@
 
 use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{UVec2, Vec2};
+use glam::{UVec2, Vec2, Vec3};
 
 fn bake(mesh: &SourceMesh) -> Hierarchy {
     bake_mesh(mesh, &BakeConfig::fine_grained()).unwrap()
@@ -74,4 +74,56 @@ fn game_props_pass_verification() {
         let baked = bake(&mesh);
         verify(&mesh, &baked, &VerifySettings::default()).unwrap();
     }
+}
+
+/// A wall of windows behind reveals. Each quad has the whole texture, so each edge is a seam.
+fn facade(cells: u16) -> SourceMesh {
+    let mut mesh = SourceMesh::default();
+    for (x, y) in (0..cells).flat_map(|x| (0..cells).map(move |y| (x, y))) {
+        let at = Vec3::new(f32::from(x), f32::from(y), 0.0);
+        let ring = |low: f32, high: f32, z: f32| {
+            [[low, low], [high, low], [high, high], [low, high]]
+                .map(|[x, y]| at + Vec3::new(x, y, z))
+        };
+        let (wall, hole, pane) = (
+            ring(0.0, 1.0, 0.0),
+            ring(0.3, 0.7, 0.0),
+            ring(0.3, 0.7, -0.1),
+        );
+        let mut quads = vec![pane];
+        for (near, far) in [(wall, hole), (hole, pane)] {
+            quads.extend((0..4).map(|corner| {
+                let next = (corner + 1) % 4;
+                [near[corner], near[next], far[next], far[corner]]
+            }));
+        }
+        for corners in quads {
+            let first = mesh.positions.len() as u32;
+            let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]);
+            mesh.positions.extend(corners);
+            mesh.normals.extend([normal.normalize(); 4]);
+            mesh.uvs.extend([Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y]);
+            mesh.indices
+                .extend([0, 1, 2, 0, 2, 3].map(|corner| first + corner));
+        }
+    }
+    mesh
+}
+
+#[test]
+fn seams_on_all_edges_do_not_stop_simplification() {
+    let error_of_tenth = |mesh: &SourceMesh| {
+        let levels = bake_mesh(mesh, &BakeConfig::default()).unwrap();
+        let cuts = levels.whole_mesh_cuts();
+        let tenth = cuts
+            .iter()
+            .find(|cut| cut.triangles.len() * 10 <= mesh.triangle_count())
+            .expect("a level has a tenth of the triangles");
+        levels.largest_below(tenth.group_level, |group| group.error_in_local)
+    };
+    let mesh = facade(12);
+    let mut without = mesh.clone();
+    without.uvs.clear();
+    let (with, without) = (error_of_tenth(&mesh), error_of_tenth(&without));
+    assert!(with <= 2.0 * without, "{with}, {without} without textures");
 }

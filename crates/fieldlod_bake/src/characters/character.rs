@@ -170,7 +170,7 @@ fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
     for part in parts {
         let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         for vertex in part.vertices.clone() {
-            // Adding zero merges the two zeros.
+            // Adding zero turns −0 into +0, so that both have the same bits.
             let position = mesh.positions[vertex as usize].to_array();
             let first = first_at.entry(position.map(|x| (x + 0.0).to_bits()));
             same_position[vertex as usize] = *first.or_insert(vertex);
@@ -188,8 +188,8 @@ fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
     component_of
 }
 
-/// Joints and normalized weights of each vertex. Joints without weight become joint 0, because their index may be out of
-/// range.
+/// Joints and normalized weights of each vertex. Joints without a weight become joint 0, because their index may be out
+/// of range.
 fn influences_of(rig: &Rig) -> impl Iterator<Item = [(u16, f32); 4]> + '_ {
     let pairs = rig.joints.iter().zip(&rig.weights);
     pairs.map(|(joints, weights)| {

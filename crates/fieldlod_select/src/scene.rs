@@ -39,8 +39,8 @@ impl InstanceId {
         generation: 0,
     };
 
-    /// Index of the instance, unique among the present instances of a scene. Indices are small, since those of removed
-    /// instances are reused.
+    /// Index of the instance, unique among the present instances of a scene. Indices are small, because the indices of
+    /// removed instances are reused.
     #[must_use]
     pub fn index(self) -> usize {
         self.index as usize
@@ -52,7 +52,7 @@ impl InstanceId {
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
-    /// Around all of its groups, in the world.
+    /// The sphere around all groups of the instance, in the world.
     pub(crate) sphere: Sphere,
     /// The least and the largest factor of lengths.
     stretch: [f32; 2],
@@ -64,9 +64,9 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
-    /// Its place in the columns; `None` until the next [`Scene::update`], and once removed.
+    /// The slot of the instance in the columns; `None` until the next [`Scene::update`], and once removed.
     pub(crate) slot: Option<u32>,
-    /// The layers that it is on, one bit each.
+    /// The layers of the instance, one bit each.
     layers: u64,
     is_occluder: bool,
 }
@@ -127,7 +127,7 @@ impl Scene {
     /// that, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
-    /// If an instance of it has not been removed.
+    /// If an instance of the mesh is still in the scene.
     pub fn remove_mesh(&mut self, mesh: MeshId) {
         let index = mesh.0;
         let mesh = &mut self.meshes[index as usize];
@@ -274,7 +274,7 @@ impl Scene {
             .flatten()
     }
 
-    /// Placement of an instance, or its last one if it was removed.
+    /// Placement of an instance. If the instance was removed, its placement before the removal.
     #[must_use]
     pub fn placement(&self, instance: InstanceId) -> Affine3A {
         self.instances[instance.index()].world_from_local
@@ -302,7 +302,7 @@ impl Scene {
         self.unplaced.is_empty() && self.columns.is_up_to_date()
     }
 
-    /// How many instances there are.
+    /// Number of instances.
     #[must_use]
     pub fn instance_count(&self) -> usize {
         self.instances.len() - self.free.len()

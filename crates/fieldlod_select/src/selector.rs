@@ -9,8 +9,8 @@ use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
 use crate::view::View;
 
-/// Selects the cut of every instance of a scene in one view. It keeps the last cuts for the hysteresis and the list of
-/// changes.
+/// Selects the cut of every instance of a scene in one view. It keeps the previous cuts for the hysteresis and the list
+/// of changes.
 ///
 /// If the scene, the view or the settings have changed since the last frame, one pass tests all instances, eight at a
 /// time. Most are outside the view, or within the limits of their level, and keep their cuts. The criterion decides the
@@ -137,7 +137,7 @@ impl Selector {
         Some((&self.cuts, &last.view, &last.settings))
     }
 
-    /// Removes the last cuts, as after a teleport: the next selection depends on its input alone.
+    /// Removes the previous cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
         self.cuts.clear();

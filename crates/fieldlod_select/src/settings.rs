@@ -56,7 +56,7 @@ impl Default for VisibleFlux {
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
     /// Quality: the largest screen-space error of a simplification, in physical pixels
-    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move further.
+    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move farther.
     pub error_px: Option<f32>,
     /// Guarantee: the largest displacement of the surface in the image, in physical pixels
     /// ([`screen_displacement_px`](crate::screen_displacement_px)). It needs more triangles than
@@ -255,14 +255,14 @@ pub(crate) struct ErrorWeights {
 /// The two thresholds of a hysteresis, in pixels of screen-space error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thresholds {
-    /// A group that is not refined is refined above this.
+    /// A group that was not refined is refined above this error.
     pub(crate) refine_above_px: f32,
-    /// A refined group stays refined above this.
+    /// A refined group stays refined above this error.
     pub(crate) coarsen_below_px: f32,
 }
 
 impl Thresholds {
-    /// Whether an error exceeds the threshold; NaN does.
+    /// Whether an error exceeds the threshold; NaN exceeds every threshold.
     pub(crate) fn exceeded_by(&self, error_px: f32, was_refined: bool) -> bool {
         let threshold_px = if was_refined {
             self.coarsen_below_px

@@ -57,12 +57,12 @@ impl LevelShare {
         self.share.held == self.now
     }
 
-    /// Shares of finer levels and of refined ones.
+    /// Shares of finer levels and of refined levels.
     pub(crate) fn now_and_held(&self) -> [u8; 2] {
         [self.now, self.share.held]
     }
 
-    /// The steps of all levels, of which those from `refined_from` on are refined.
+    /// The steps of all levels. Levels from `refined_from` on are refined.
     pub(crate) fn steps(&self, refined_from: usize) -> LevelSteps {
         let step = |level: usize| match level < refined_from {
             true => self.now,
@@ -83,7 +83,7 @@ pub(crate) struct ShareMemory {
     held: Vec<[u8; LANES]>,
     /// Whether `held` equals the shares that are seen.
     is_settled: bool,
-    /// The last share, if it was the same for all groups.
+    /// The previous share, if it was the same for all groups.
     last_of_all: Option<u8>,
 }
 
@@ -105,7 +105,7 @@ impl SeenShares<'_> {
 }
 
 impl ShareMemory {
-    /// Forgets all shares; all groups count in full.
+    /// Removes all shares. All groups then count in full.
     pub(crate) fn clear(&mut self) {
         self.held.clear();
         self.is_settled = true;
@@ -138,7 +138,7 @@ impl ShareMemory {
         self.update(seen, &[], 0);
     }
 
-    /// Updates the shares in a new frame; `refined` has the bits of the last cut.
+    /// Updates the shares in a new frame; `refined` has the bits of the previous cut.
     pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
         let of_all = match seen {
             SeenShares::OfAll(share) => Some(*share),

@@ -50,7 +50,7 @@ impl<'a> Frame<'a> {
         self.last.is_none()
     }
 
-    /// Whether instances may keep their states. After other changes each is decided again.
+    /// Whether instances may keep their states. After other changes each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
             let settings = &input.settings;

@@ -28,7 +28,7 @@ use crate::view::sides::LensSides;
 use crate::view::stretch::is_similarity;
 
 /// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts that
-/// the criterion changes, which the tests against the criterion find; larger ones only decide more instances.
+/// the criterion changes, which the tests against the criterion find; larger values only decide more instances.
 const POSITION_SLACK: f32 = 1e-5;
 const ROUNDING: f32 = 1.001;
 
@@ -42,7 +42,7 @@ pub(crate) struct KeepTest {
     is_usable: bool,
     /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
-    /// Cosines of their widest corners.
+    /// Cosines of the widest corners of both views.
     least_cosines: [f32; 2],
     scale: Scale,
     /// Scale of errors outside the view; `None` if they are 0.
@@ -55,8 +55,8 @@ pub(crate) struct KeepTest {
     shadows: Option<ShadowTest>,
 }
 
-/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: rounded down, and
-/// rounded up.
+/// Thresholds over pixels per unit of error, of groups that were not refined and of groups that were refined: rounded
+/// down, and rounded up.
 #[derive(Clone, Copy)]
 struct Scale {
     coarse: [f32; 2],
@@ -67,7 +67,7 @@ struct Scale {
 struct Sighted<L> {
     world: V3<L>,
     seen: V3<L>,
-    /// The radius and the slack together, which is the most that rounding moves a sphere.
+    /// The radius plus the slack. Rounding moves a sphere by at most the slack.
     radius: L,
     slack: L,
 }
@@ -76,7 +76,7 @@ struct Sighted<L> {
 struct Bounds<L> {
     /// In the view: errors up to the first certainly fit, errors above the second certainly exceed.
     in_view: [L; 2],
-    /// The same on the axis, for spheres outside the view.
+    /// The same bounds on the axis, for spheres outside the view.
     on_axis: [L; 2],
 }
 
@@ -109,7 +109,7 @@ impl Looked {
         },
     };
 
-    /// Lanes of the instances that do not certainly keep their cuts.
+    /// Lanes of the instances whose cuts may change.
     pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
         set_bits_of(!self.kept & 0xff)
     }

@@ -1,8 +1,8 @@
 //! The criterion: the error of a group's simplification in a view, in pixels.
 //!
 //! From the camera-sampling field (P.-H. Lin and T.-Y. Lee, "Camera-Sampling Field and Its
-//! Applications", IEEE TVCG 2004): the error of a piece of surface is weighed by its projection factor c·n (eq. 16), the
-//! samples per unit area of surface.
+//! Applications", IEEE TVCG 2004): the error of a piece of surface is weighed by its projection factor c·n (eq. 16),
+//! the samples per unit area of surface.
 //!
 //! ```text
 //! screen error = e √( c (4 V + 0.4 p) o )      pixels
@@ -426,8 +426,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
         across.smaller(most)
     }
 
-    /// The factor of errors by `min_aspect_ratio`: from the largest aspect ratio in the visible part of a sphere, which is
-    /// `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least that of the widest corner.
+    /// The factor of errors by `min_aspect_ratio`: from the largest aspect ratio in the visible part of a sphere, which
+    /// is `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least that of the widest corner.
     #[inline]
     fn relaxation(&self, seen: &SeenSphere<L>) -> L {
         let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;

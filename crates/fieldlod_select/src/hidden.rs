@@ -110,8 +110,8 @@ impl OcclusionBuffer {
         self.row.resize(self.plane.width, f32::NEG_INFINITY);
     }
 
-    /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic one,
-    /// `−∞` without a surface.
+    /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic
+    /// one, `−∞` without a surface.
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
         &self.texels.nearness

@@ -82,8 +82,8 @@ struct Mesh {
 /// threads, select from it, each with settings of its own.
 ///
 /// Call [`Scene::update`] after changes and before selection. A change costs the same in a scene of any size. Instances
-/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later moves
-/// do not change the order.
+/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later
+/// moves do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -123,8 +123,8 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id: before
-    /// that, each selector must select once, to list the units that left, or be cleared.
+    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id:
+    /// before that, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
     /// If an instance of the mesh is still in the scene.

@@ -181,8 +181,8 @@ impl LodSettings {
         }
     }
 
-    /// The threshold of [`group_error_px`](crate::group_error_px), in rendered pixels and before the hysteresis: `error_px`
-    /// or, without it, `displacement_px`; infinite with neither.
+    /// The threshold of [`group_error_px`](crate::group_error_px), in rendered pixels and before the hysteresis:
+    /// `error_px` or, without it, `displacement_px`; infinite with neither.
     #[must_use]
     pub fn threshold_px(&self) -> f32 {
         self.error_weights().threshold_px
@@ -241,8 +241,8 @@ impl LodSettings {
     }
 }
 
-/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is compared
-/// with one threshold.
+/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is
+/// compared with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorWeights {
     pub(crate) threshold_px: f32,

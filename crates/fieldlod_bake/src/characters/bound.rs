@@ -4,8 +4,8 @@
 //! ```text
 //! m_b = Σ_i λ_i u_ib (y_i, 1)
 //! ```
-//! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by `Δm_b`,
-//! and with any joint `r` the points are posed at most
+//! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by
+//! `Δm_b`, and with any joint `r` the points are posed at most
 //! ```text
 //! d + Σ_{b ≠ r} ‖(M_b − M_r) Δm_b‖
 //! ```
@@ -24,7 +24,8 @@ use crate::import::rig::ancestors;
 /// The distance of two points in the bind pose, and by how much it can grow per `2 sin(θ/2)`.
 type Growth = (f32, f32);
 
-/// For each angle, a bound for the distances of samples of a level from the source and back. Morph targets are at 0.
+/// For each angle, a bound of the distances between samples of a level and the source, in both directions. Morph
+/// targets are at 0.
 pub(super) fn bounds<const N: usize>(
     character: &Character<'_>,
     import: &Import,

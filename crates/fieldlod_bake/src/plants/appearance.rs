@@ -2,7 +2,7 @@
 //!
 //! The deviation of a crown is the deviation of its worst leaf, but a viewer notices outline, light and colours. Each
 //! level is therefore drawn beside the source from [`DIRECTIONS`] directions. The mesh has a radius of [`LARGEST_PX`]
-//! in the largest picture, and each other picture is half as large as the last.
+//! in the largest picture, and each other picture is half as large as the previous picture.
 //!
 //! Pictures are compared as FLIP does in its first two steps: encoded, then blurred (P. Andersson et al., FLIP: A
 //! Difference Evaluator for Alternating Images, HPG 2020). Differences are relative to the detail of the source's

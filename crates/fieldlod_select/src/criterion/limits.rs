@@ -60,9 +60,9 @@ impl Limits {
 /// level.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LevelErrors {
-    /// The error of each level's group from the directions of the least and the largest weight, and its deviation, eight
-    /// levels to an element. They are finite, so that zero times an error is zero. The errors of the last level are not
-    /// used.
+    /// The error of each level's group from the directions of the least and the largest weight, and its deviation,
+    /// eight levels to an element. They are finite, so that zero times an error is zero. The errors of the last level
+    /// are not used.
     least: Vec<[f32; LANES]>,
     most: Vec<[f32; LANES]>,
     deviation: Vec<[f32; LANES]>,

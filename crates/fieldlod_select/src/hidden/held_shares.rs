@@ -37,8 +37,8 @@ impl HeldShare {
     }
 }
 
-/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share that
-/// is seen now.
+/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share
+/// that is seen now.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
@@ -46,7 +46,8 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the coarsest.
+    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the
+    /// coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
         self.share.update(now, was_refined, hold_frames);

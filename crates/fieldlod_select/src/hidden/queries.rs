@@ -18,8 +18,8 @@ const LARGE_RADIUS: f32 = 24.0;
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
-/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by rounding;
-/// a larger distance sees through thin occluders.
+/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by
+/// rounding; a larger distance sees through thin occluders.
 const SAME_DEPTH: f32 = 1e-3;
 
 /// The points of one instance, as the depth image tests them.

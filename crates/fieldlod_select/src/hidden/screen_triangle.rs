@@ -74,8 +74,8 @@ impl Corner {
     }
 }
 
-/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two if
-/// the triangle reaches behind the camera.
+/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two
+/// if the triangle reaches behind the camera.
 #[inline(always)]
 pub(crate) fn parts_in_front(
     plane: &ImagePlane,

@@ -1,5 +1,5 @@
-//! Conservative tests of eight spheres at once: a sphere passes only if the criterion finds no error above the threshold
-//! in any of its groups.
+//! Conservative tests of eight spheres at once: a sphere passes only if the criterion finds no error above the
+//! threshold in any of its groups.
 //!
 //! # Far enough in any direction
 //! With `S` the secant of the widest corner of the image, the bounds of [`camera_field`] give

@@ -100,7 +100,8 @@ impl BudgetSearch {
         if is_kept && (is_used_up || used_px <= finest_px || is_last) {
             return used_px;
         }
-        // Because of the hysteresis at the edges of the view, a threshold that fits may exceed the budget in another try.
+        // Because of the hysteresis at the edges of the view, a threshold that fits may exceed the budget in another
+        // try.
         let beyond = |other: &f32| {
             if is_kept {
                 *other < used_px

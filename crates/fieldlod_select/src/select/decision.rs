@@ -15,7 +15,8 @@ use crate::settings::{LodSettings, Thresholds};
 use crate::view::InstanceView;
 
 /// Sets the bits of groups whose own error exceeds the threshold, and of terminal groups, 64 to a word. `was_refined`
-/// has the bits of the previous cut. The new cut refines these groups, and all groups that must be refined with them.
+/// has the bits of the previous cut. The new cut refines the groups of the set bits, and all groups that must be
+/// refined with them.
 ///
 /// The bits equal those by [`group_error_px`](crate::group_error_px) of every group.
 pub fn refine(

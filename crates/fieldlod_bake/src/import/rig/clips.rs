@@ -11,7 +11,7 @@ use super::super::buffers::Buffers;
 /// An animation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// Its name, or an empty string.
+    /// The name of the animation, or an empty string.
     pub name: String,
     /// The animated properties of nodes.
     pub channels: Vec<Channel>,

@@ -135,10 +135,10 @@ impl TriangleTree {
         Some(triangle.nearest_point(point.into()).into())
     }
 
-    /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest. `None` if there are no
-    /// triangles.
+    /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest triangle. `None` if
+    /// there are no triangles.
     ///
-    /// `start` is the result for a nearby point in this tree. A good start saves most of the search; a bad one costs
+    /// `start` is the result for a nearby point in this tree. A good start saves most of the search; a bad start costs
     /// little.
     #[must_use]
     pub fn near_enough(

@@ -1,7 +1,7 @@
 //! The pass over all instances: tests which of them certainly keep their cuts, eight at a time.
 //!
-//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
-//! sphere as in [the criterion](crate::criterion), it stays if
+//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth
+//! over its sphere as in [the criterion](crate::criterion), it stays if
 //! ```text
 //! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
 //! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
@@ -27,8 +27,8 @@ use crate::view::shadow_lights::ShadowTest;
 use crate::view::sides::LensSides;
 use crate::view::stretch::is_similarity;
 
-/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts that
-/// the criterion changes, which the tests against the criterion find; larger values only decide more instances.
+/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts
+/// that the criterion changes, which the tests against the criterion find; larger values only decide more instances.
 const POSITION_SLACK: f32 = 1e-5;
 const ROUNDING: f32 = 1.001;
 
@@ -49,8 +49,8 @@ pub(crate) struct KeepTest {
     on_axis: Option<Scale>,
     /// Whether the upper and the lower bound are those of deviations, which count the secant in full.
     counts_secant: [bool; 2],
-    /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if errors
-    /// have no lower bound.
+    /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if
+    /// errors have no lower bound.
     least_relaxation: f32,
     shadows: Option<ShadowTest>,
 }
@@ -327,8 +327,8 @@ impl KeepTest {
         L::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
-    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger, so
-    /// that it has an upper bound of its own; the lower bound is valid for both.
+    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger,
+    /// so that it has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
     fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
         let least_cosine = self.least_cosines[width];
@@ -358,7 +358,8 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the gap.
+        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the
+        // gap.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
         let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);

@@ -137,7 +137,7 @@ fn finish(
     Ok((primitive, report))
 }
 
-/// For each primitive, the vertices where it meets others of the same mesh, or of meshes with the same global
+/// For each primitive, the vertices where it meets other primitives of the same mesh, or of meshes with the same global
 /// transform.
 fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();

@@ -46,7 +46,7 @@ pub struct Fallback {
     pub to: usize,
 }
 
-/// Fallbacks; those with the least visible loss come first.
+/// Fallbacks. Fallbacks with the least visible loss come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FallbackKind {
     /// Small components were removed.

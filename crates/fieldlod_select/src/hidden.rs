@@ -87,7 +87,7 @@ impl OcclusionBuffer {
         choice.begin(scene, view, &self.plane);
         for index in 0..choice.candidates.len() {
             let candidate = choice.candidates[index];
-            // An occluder behind others hides nothing more.
+            // An occluder behind other occluders hides nothing more.
             if self.covers(&scene.instances[candidate.instance as usize].sphere) {
                 continue;
             }

@@ -205,8 +205,8 @@ impl Scene {
         }
     }
 
-    /// Sets whether an instance may hide others with [`LodSettings::visible_flux`], which is the default; transparent
-    /// instances should not. Does nothing if the instance was removed.
+    /// Sets whether an instance may hide other instances with [`LodSettings::visible_flux`], which is the default;
+    /// transparent instances should not. Does nothing if the instance was removed.
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {

@@ -17,8 +17,8 @@ pub enum Offscreen {
 
 /// Weight of hidden instances.
 ///
-/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large ones,
-/// points for the others. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
+/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large instances,
+/// points for small instances. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
 /// because the paper's flux is over the visible surface. Objects outside the image, within
 /// [`offscreen_margin`](AdvancedSettings::offscreen_margin) too, count as hidden. `o` is an estimate, so displacements
 /// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
@@ -50,8 +50,8 @@ impl Default for VisibleFlux {
 ///
 /// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
 /// [`displacement_px`](Self::displacement_px) by its largest displacement. Without thresholds the cut is the
-/// coarsest one. A threshold of 0 accepts groups without error only, a negative one accepts no group. NaN accepts
-/// every group if it is the only threshold, and is ignored beside another one.
+/// coarsest one. A threshold of 0 accepts groups without error only; a negative threshold accepts no group. NaN accepts
+/// every group if it is the only threshold, and is ignored beside another threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {

@@ -10,7 +10,8 @@
 //! d + Σ_{b ≠ r} ‖(M_b − M_r) Δm_b‖
 //! ```
 //! apart, if joints do not stretch. A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most
-//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are those above one of them but not the other.
+//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are the joints above one of the two but not above the
+//! other.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +75,7 @@ impl<'a> Skeleton<'a> {
     fn growth(&self, [x, y]: &[Sample; 2]) -> Growth {
         let positions = &self.character.mesh.positions;
         let near = x.position(positions).distance(y.position(positions));
-        // Of each joint, the difference of the moments, and the weight of both points.
+        // For each joint, the difference of the moments, and the weight of both points.
         let mut moments: BTreeMap<u16, (Vec4, f32)> = BTreeMap::new();
         for (sample, sign) in [(x, 1.0), (y, -1.0)] {
             for (&corner, share) in sample.corners.iter().zip(sample.weights.to_array()) {

@@ -67,7 +67,7 @@ fn back(rows: &[f32], projected: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; 
     axes
 }
 
-/// Makes the columns orthonormal by the Gram-Schmidt process. A column that depends on others becomes zero.
+/// Makes the columns orthonormal by the Gram-Schmidt process. A column that depends on other columns becomes zero.
 fn orthonormalize(axes: &mut [[f32; CHANNELS]]) {
     for column in 0..CHANNELS {
         let length = |axes: &[[f32; CHANNELS]]| {

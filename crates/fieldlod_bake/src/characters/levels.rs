@@ -14,7 +14,7 @@ use crate::mesh::used_vertices::used_of;
 use crate::report::BakeReport;
 
 /// A guarantee is this many times the largest deviation in the training poses. Held-out clips deviated up to 1.47 times
-/// as far. Smaller margins are exceeded; larger ones keep finer levels for longer than needed.
+/// as far. Smaller margins are exceeded; larger margins keep finer levels for longer than needed.
 const POSE_MARGIN: f32 = 1.5;
 /// The coarsest level has at least this many triangles. Fewer show no limbs.
 const FEWEST_TRIANGLES: usize = 24;
@@ -24,7 +24,7 @@ const FEWEST_TRIANGLES: usize = 24;
 const ERROR_PER_RMS: f32 = 4.0;
 /// The largest number of vertices that 16-bit indices reach.
 const MOST_VERTICES: usize = 1 << 16;
-/// Ways to simplify. Each level is the one that deviates least. A strength of 1 is best for the largest deviation of
+/// Ways to simplify. Each level uses the way that deviates least. A strength of 1 is best for the largest deviation of
 /// many characters, and 4 for the mean. Texture seams are kept or not, because hard-edged characters have too many to
 /// keep.
 const WAYS: [Way; 4] = [

@@ -2,7 +2,7 @@
 //!
 //! In: the primitives of an [`Import`] that have a rig. Out: for each, a chain of whole-mesh levels. Primitives with
 //! one skin are one character: they are simplified together and change their levels together. Levels use source
-//! vertices alone, so joints, weights and morph targets of a level are those of the source.
+//! vertices alone, so a level has the joints, weights and morph targets of the source.
 
 mod bound;
 mod channels;

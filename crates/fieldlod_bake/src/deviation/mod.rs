@@ -2,7 +2,7 @@
 //!
 //! Source to simplified: clusters carry samples on the source, at first all vertices. A group measures the distances
 //! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
-//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated one.
+//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated deviation.
 //!
 //! Simplified to source: moved vertices and the centre of each triangle are measured against the whole source.
 //!

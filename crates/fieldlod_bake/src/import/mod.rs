@@ -2,8 +2,8 @@
 //!
 //! In: the bytes of a file, and a function that reads the files beside it. Out: an [`Import`].
 //!
-//! Positions and triangles are those of Bevy's own loader, bit for bit and in the same order. A hierarchy that is baked
-//! from a file therefore fits the mesh that Bevy draws:
+//! Positions and triangles equal the result of Bevy's own loader, bit for bit and in the same order. A hierarchy that
+//! is baked from a file therefore fits the mesh that Bevy draws:
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;

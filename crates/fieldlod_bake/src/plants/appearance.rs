@@ -47,7 +47,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
         let seen = error_at_radius(radius, good_until_px);
         let simplifier_error =
             hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
-        // If a level looks right even in the largest picture, the simplifier's error may be the smaller one.
+        // If a level looks right even in the largest picture, the simplifier's error may be smaller.
         let is_good_at_every_size = good_until_px >= LARGEST_PX;
         errors[cut.group_level as usize] = if is_good_at_every_size {
             seen.min(simplifier_error)
@@ -81,7 +81,7 @@ struct Squares {
     covered: f32,
 }
 
-/// Differences of each cut from the first one, relative to the detail of the first: a root mean square over all
+/// Differences of each cut from the first cut, relative to the detail of the first cut: a root mean square over all
 /// directions. Sizes come largest first.
 fn differences(
     hierarchy: &Hierarchy,

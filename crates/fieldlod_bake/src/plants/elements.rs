@@ -95,7 +95,7 @@ impl Task<'_> {
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
-    /// Grows an element, and mixes its attributes, to replace a pruned one.
+    /// Grows an element, and mixes its attributes, to replace a pruned element.
     fn replace_pruned(
         &self,
         simplified: &mut Simplified,

@@ -35,8 +35,8 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
 /// separately.
 ///
-/// Small meshes that all meet others at open borders are also baked together, in any number. Larger meshes keep the
-/// vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
+/// Small meshes that all meet other meshes at open borders are also baked together, in any number. Larger meshes keep
+/// the vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
@@ -113,7 +113,7 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
     is_aggregate(&mesh, &Topology::of(&mesh, &parts).place)
 }
 
-/// Whether each mesh meets another one.
+/// Whether each mesh meets another mesh.
 fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
     meshes.len() > 1
         && kept.iter().all(|kept| kept.contains(&true))

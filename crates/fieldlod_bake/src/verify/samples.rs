@@ -176,7 +176,7 @@ impl<'a> WorstSearch<'a> {
     fn least_share(&self, point: Vec3) -> f32 {
         let point = point.as_dvec3();
         let shares = self.drawn.iter().map(|triangle| {
-            // In double precision, because rounding errors of needles are larger than those of points.
+            // In double precision, because rounding errors of needles are larger than rounding errors of points.
             let corners = self.subject.corners(triangle.corners);
             let distance = exact_distance(point, corners.map(Vec3::as_dvec3));
             share_of_stated(

@@ -1,5 +1,5 @@
-//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part: those of
-//! `camera_field`, for one sphere or for eight.
+//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part. The bounds are the
+//! same as in `camera_field`, for one sphere or for eight.
 
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 

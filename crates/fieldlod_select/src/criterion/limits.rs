@@ -91,7 +91,7 @@ impl ErrorUnits {
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
         let px = px_per_unit(camera);
-        // Errors count by the mean of both axes, deviations by the larger one.
+        // Errors count by the mean of both axes, deviations by the larger axis.
         let larger = (px.max_element() / px.min_element()).sqrt();
         let weight = weights.displacement_weight.unwrap_or(0.0);
         if weights.counts_error {

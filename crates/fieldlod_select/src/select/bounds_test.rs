@@ -30,7 +30,7 @@ use crate::view::stretch::least_stretch;
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// Bounds of the camera that groups enter, and of the wider one that refined groups leave.
+/// Bounds of the camera that groups enter, and of the wider camera that refined groups leave.
 pub(crate) struct ViewBounds {
     pub(super) entering: CameraBounds,
     pub(super) leaving: CameraBounds,

@@ -68,7 +68,7 @@ impl BudgetSearch {
             return None;
         }
         self.threshold_px = Some(next_px);
-        // Without hysteresis the triangles depend on the threshold alone, not on those tried before.
+        // Without hysteresis the triangles depend on the threshold alone, not on thresholds that were tried before.
         let mut next = self.settings(settings);
         next.advanced.hysteresis = 1.0;
         Some(next)

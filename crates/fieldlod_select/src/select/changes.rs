@@ -88,7 +88,7 @@ impl Changes {
         }
     }
 
-    /// Appends the numbers of one ascending list that are not in another one.
+    /// Appends the numbers of one ascending list that are not in another ascending list.
     fn append_difference(&mut self, list: &[u32], other: &[u32]) -> Range<u32> {
         let first = self.units.len() as u32;
         let mut other = other.iter().peekable();

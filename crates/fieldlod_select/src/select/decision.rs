@@ -18,7 +18,7 @@ use crate::view::InstanceView;
 /// has the bits of the previous cut. The new cut refines the groups of the set bits, and all groups that must be
 /// refined with them.
 ///
-/// The bits equal those by [`group_error_px`](crate::group_error_px) of every group.
+/// The bits equal the decisions by [`group_error_px`](crate::group_error_px) of every group.
 pub fn refine(
     table: &GroupTable,
     instance: &InstanceView,

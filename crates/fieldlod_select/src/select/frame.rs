@@ -68,7 +68,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Everything that a cut depends on, except the last cut.
+/// Everything that a cut depends on, except the previous cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Input {
     pub(crate) view: View,

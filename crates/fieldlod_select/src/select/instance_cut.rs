@@ -24,7 +24,7 @@ pub(crate) struct InstanceCut {
 }
 
 impl InstanceCut {
-    /// Starts from the units and triangles drawn so far: those of `level`, or of the coarsest level.
+    /// Starts from the units and triangles that are drawn: the units of `level`, or of the coarsest level.
     pub(crate) fn begin(
         &mut self,
         table: &GroupTable,

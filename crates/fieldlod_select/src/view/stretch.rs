@@ -1,4 +1,4 @@
-//! Factors by which an affine map stretches lengths: the largest, the least, and those across a sight ray.
+//! Factors by which an affine map stretches lengths: the largest, the least, and the factors across a sight ray.
 
 use glam::{DMat3, Mat3, Vec3};
 

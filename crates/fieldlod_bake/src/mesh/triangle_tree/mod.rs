@@ -37,7 +37,7 @@ struct Node {
 
 const IS_LEAF: u32 = 1 << 31;
 
-/// Four triangles. If there are fewer, the last one is repeated.
+/// Four triangles. If there are fewer, the last triangle is repeated.
 struct Leaf {
     triangles: Triangles4,
     /// Index of each triangle in the input of the tree.

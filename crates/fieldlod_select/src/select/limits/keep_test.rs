@@ -47,7 +47,7 @@ pub(crate) struct KeepTest {
     scale: Scale,
     /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
-    /// Whether the upper and the lower bound are those of deviations, which count the secant in full.
+    /// Whether the upper and the lower bound are bounds of deviations, which count the secant in full.
     counts_secant: [bool; 2],
     /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if
     /// errors have no lower bound.
@@ -177,7 +177,7 @@ impl KeepTest {
         if bits_of(unseen | is_still) == 0xff {
             return None;
         }
-        // Most of the others are within their limits.
+        // Most of the other instances are within their limits.
         let bounds = self.bounds(0, &sighted);
         let entering = self.coarse(0, &sighted, &bounds, dark);
         let leaving = self.fine(1, &sighted, &bounds, dark);
@@ -217,7 +217,7 @@ impl KeepTest {
             return None;
         }
         let reach = sighted.radius + displacement;
-        // If groups outside count, those outside the view that groups enter may cast no shadow.
+        // If groups outside count, groups outside the view that groups enter may cast no shadow.
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.sides[width].least_inside(sighted.seen);
         let is_before = self.is_orthographic || reach < sighted.seen.z;
@@ -265,7 +265,7 @@ impl KeepTest {
         })
     }
 
-    /// Which spheres are certainly not outside: those with their centres in the view.
+    /// Which spheres are certainly not outside: their centres are in the view.
     #[inline(always)]
     fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
         let inside_by = self.sides[width].least_inside(sighted.seen);

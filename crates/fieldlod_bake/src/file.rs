@@ -40,7 +40,8 @@ pub struct BakeOutcome {
 /// `progress` is called for every group, from several threads.
 ///
 /// # Errors
-/// Those of [`import_gltf`], and a file without triangles. One faulty primitive among others is skipped.
+/// The errors of [`import_gltf`], and an error for a file without triangles. One faulty primitive among others is
+/// skipped.
 pub fn bake_file(
     path: &Path,
     config: &BakeConfig,
@@ -65,7 +66,7 @@ pub fn bake_file_bytes(
 /// [`bake_file`] for an imported file.
 ///
 /// # Errors
-/// Those of [`bake_mesh`](crate::bake_mesh), and a file without triangles.
+/// The errors of [`bake_mesh`](crate::bake_mesh), and an error for a file without triangles.
 pub fn bake_import(
     mut import: Import,
     config: &BakeConfig,
@@ -136,7 +137,8 @@ fn finish(
     Ok((primitive, report))
 }
 
-/// For each primitive, the vertices where it meets others of the same mesh, or of meshes with the same global transform.
+/// For each primitive, the vertices where it meets other primitives of the same mesh, or of meshes with the same global
+/// transform.
 fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, primitive) in import.primitives.iter().enumerate() {

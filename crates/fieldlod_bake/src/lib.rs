@@ -44,9 +44,9 @@
 //! - Tangents do not affect the error. Tangents of the source are projected onto the simplified surface.
 //! - Every cut of a closed mesh is closed.
 //!
-//! Levels of skinned and morphed meshes use source vertices alone. Their deviation is 1.5 times the largest at samples in the
-//! poses that the bake goes by; it is no bound for other poses. [`verify_rigged`] gives one for joints that bend by up to an
-//! angle.
+//! Levels of skinned and morphed meshes use source vertices alone. Their deviation is 1.5 times the largest at samples
+//! in the poses that the bake uses. It is not a bound for other poses. [`verify_rigged`] computes a bound for joints
+//! that bend by up to an angle.
 //!
 //! # Out of scope
 //! Points and lines are reported as [`Skipped`]. Draco compression is an error.

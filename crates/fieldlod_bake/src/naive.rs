@@ -19,19 +19,20 @@ pub struct Deviations {
     /// From the source to the simplified surface. Each sample belongs to the group whose triangle is nearest, in the
     /// cut with all groups up to that level simplified.
     ///
-    /// At a border between two groups, a sample may be assigned to the wrong one. Only the largest value of a level, or
-    /// of its only group, is a lower bound for the stated deviations.
+    /// At a border between two groups, a sample may be assigned to the wrong group. Only the largest value of a level,
+    /// or of its only group, is a lower bound for the stated deviations.
     pub from_source: Vec<f64>,
     /// From the simplified surface to the source: a lower bound for each group.
     pub from_simplified: Vec<f64>,
 }
 
 impl Deviations {
-    /// The larger of both for each group, and at least those of its finer groups. Infinite for a terminal group.
+    /// For each group, the larger of both deviations, and at least the deviations of its finer groups. Infinite for a
+    /// terminal group.
     #[must_use]
     pub fn in_both_directions(&self, hierarchy: &Hierarchy) -> Vec<f64> {
         let mut farthest: Vec<f64> = Vec::with_capacity(hierarchy.groups.len());
-        // Finer groups come before coarser ones.
+        // Finer groups come before coarser groups.
         for (index, group) in hierarchy.groups.iter().enumerate() {
             let finer = hierarchy.finer_groups(group).iter();
             let below = finer.map(|&finer| farthest[finer as usize]);

@@ -48,7 +48,7 @@ impl<'a> Tracker<'a> {
     }
 }
 
-/// Each level has about half the triangles of the finer one.
+/// Each level has about half the triangles of the next finer level.
 fn expected_triangles(triangle_count: usize) -> u64 {
     triangle_count as u64 * 2
 }

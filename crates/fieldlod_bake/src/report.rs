@@ -11,7 +11,7 @@ pub struct BakeReport {
     pub whole_mesh_levels: usize,
     /// Whether some groups are aggregates of many loose elements, such as leaves.
     pub has_aggregates: bool,
-    /// Vertices that were welded to others although their positions differ by rounding.
+    /// Vertices that were welded to other vertices although their positions differ by rounding.
     pub rounded_vertices: usize,
     /// Triangles of two-sided sheets, both sides counted. Only one side is simplified.
     pub two_sided_triangles: usize,
@@ -46,7 +46,7 @@ pub struct Fallback {
     pub to: usize,
 }
 
-/// Fallbacks; those with the least visible loss come first.
+/// Fallbacks. Fallbacks with the least visible loss come first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FallbackKind {
     /// Small components were removed.

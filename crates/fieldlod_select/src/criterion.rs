@@ -1,8 +1,8 @@
 //! The criterion: the error of a group's simplification in a view, in pixels.
 //!
 //! From the camera-sampling field (P.-H. Lin and T.-Y. Lee, "Camera-Sampling Field and Its
-//! Applications", IEEE TVCG 2004): the error of a piece of surface is weighed by its projection factor c·n (eq. 16), the
-//! samples per unit area of surface.
+//! Applications", IEEE TVCG 2004): the error of a piece of surface is weighed by its projection factor c·n (eq. 16),
+//! the samples per unit area of surface.
 //!
 //! ```text
 //! screen error = e √( c (4 V + 0.4 p) o )      pixels
@@ -39,11 +39,12 @@ use crate::settings::{ErrorWeights, LodSettings, Offscreen};
 use crate::view::InstanceView;
 use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
 
-/// Weight of V: 1 over that of a surface with normals in all directions.
+/// Weight of V: 1 over the V of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
-/// Weight of p: a tenth of that of V.
+/// Weight of p: a tenth of the weight of V.
 pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
-/// Keeps `u` finite for flat groups. A smaller value makes their silhouettes narrower, a larger one wider.
+/// Keeps `u` finite for flat groups. A smaller value makes their silhouettes narrower, and a larger value makes them
+/// wider.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Bound of the rounding of the widest aspect ratio, so that rounding relaxes no threshold.
 const ASPECT_ROUNDING: f32 = 1e-6;
@@ -74,15 +75,15 @@ pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
     group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
 }
 
-/// The error of `group` in pixels under `settings`: a group is refined if it is more than
+/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
 /// [`LodSettings::threshold_px`].
 ///
 /// With both thresholds it is the greater of the screen-space error and the displacement times
 /// `error_px / displacement_px`; with neither it is 0. Zero, infinite and NaN as in
 /// [`screen_error_px`].
 ///
-/// A group that `was_refined` in the last cut leaves a wider view than it entered, if the view has
-/// [margins](crate::View::with_margins): its error is no smaller than that of a group that was not.
+/// A group that `was_refined` in the previous cut leaves a wider view than it entered, if the view has
+/// [margins](crate::View::with_margins): its error is at least that of a group that was not refined.
 #[must_use]
 pub fn group_error_px(
     group: &Group,
@@ -114,8 +115,8 @@ pub fn visible_error_px(
     criterion.error_px(&input, was_refined)
 }
 
-/// Deviation of groups without a measured one: larger than any threshold allows, but finite, because infinity times
-/// the zero of a group outside the view is NaN.
+/// Deviation of groups without a measured deviation. It is larger than any threshold allows, but finite: outside the
+/// view it is multiplied by zero, and infinity times zero is NaN.
 const UNMEASURED: f32 = 1e24;
 
 pub(crate) fn usable_deviation(group: &Group) -> f32 {
@@ -162,9 +163,9 @@ pub(crate) struct Motion {
 /// Bounds of the motion of an instance's groups in camera space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Drift {
-    /// Of their centers.
+    /// Bound of the distance that a center moves.
     pub(crate) distance: f32,
-    /// Of the unit vectors from there to the camera.
+    /// Bound of the change of the unit vector from a center to the camera.
     pub(crate) chord: f32,
 }
 
@@ -178,10 +179,10 @@ pub(crate) struct Criterion<'a, L> {
     normal_in_camera_from_local: M3<L>,
     /// Secant of the image's widest corner.
     corner: f32,
-    /// The same of the view that refined groups leave, if that is another than they enter.
+    /// Secant of the widest corner of the view that refined groups leave; `None` if it is the view that groups enter.
     leaving_corner: Option<f32>,
-    /// If set, errors are the least of refined groups and the largest of others while groups move by it. The instance
-    /// must stay inside the view or outside.
+    /// If set, groups may move by it: errors of refined groups are their least errors during the motion, and errors of
+    /// other groups are their largest. The instance must stay inside the view or outside.
     pub(crate) drift: Option<Drift>,
 }
 
@@ -210,7 +211,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
-        // e √(c (4 V + 0.4 p) o); infinite if the strength is, even if a factor is 0.
+        // e √(c (4 V + 0.4 p) o); infinite if the strength is infinite, even if a factor is 0.
         let screen_error = || {
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(group, &seen);
@@ -233,7 +234,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
             (false, Some(weight)) => displacement() * L::splat(weight),
             (true, Some(weight)) => {
                 let (a, b) = (screen_error(), displacement() * L::splat(weight));
-                // NaN if either is.
+                // NaN if either error is NaN.
                 L::choose(b.is_below(a) | a.not_a_number(), a, b)
             }
             (false, None) => L::zero(),
@@ -270,7 +271,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
             None => (entering, corner),
             Some(leaving_corner) => {
                 let leaving = outside(&self.instance.kept_camera, seen);
-                // No group leaves where it enters: the wider view may exclude more spheres that cross the camera plane.
+                // A group must not leave where it enters: the wider view may exclude more spheres that cross the camera
+                // plane.
                 let outside = leaving | (entering & !was_refined);
                 (
                     outside,
@@ -327,7 +329,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
         }
     }
 
-    /// `bound` in the view; outside zero or, with [`Offscreen::OnAxis`], what `on_axis` gives for its bias.
+    /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], the result of `on_axis` for
+    /// its bias.
     #[inline]
     fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn(L) -> L) -> L {
         let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
@@ -423,8 +426,8 @@ impl<'a, L: Lane> Criterion<'a, L> {
         across.smaller(most)
     }
 
-    /// The factor of errors by `min_aspect_ratio`: from the largest aspect ratio in the visible part of a sphere, which is
-    /// `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least that of the widest corner.
+    /// The factor of errors by `min_aspect_ratio`: from the largest aspect ratio in the visible part of a sphere, which
+    /// is `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least that of the widest corner.
     #[inline]
     fn relaxation(&self, seen: &SeenSphere<L>) -> L {
         let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;
@@ -444,7 +447,7 @@ impl<'a, L: Lane> Criterion<'a, L> {
         let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
         let widest = (cosine + L::splat(ASPECT_ROUNDING)).larger(L::splat(1.0 / self.corner));
         let aspect = L::choose(off_axis.is_at_most(radius), L::one(), widest);
-        // Relaxed below the limit only.
+        // The factor relaxes errors only below the limit.
         let limit = L::splat(min_aspect_ratio);
         L::choose(aspect.is_below(limit), aspect / limit, L::one())
     }

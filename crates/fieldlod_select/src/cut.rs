@@ -7,8 +7,8 @@ use crate::criterion::group_error_px;
 use crate::settings::LodSettings;
 use crate::view::{InstanceView, View};
 
-/// The cut of one instance in one view. Keep it from frame to frame: the hysteresis needs the last cut, and reusing it
-/// allocates nothing.
+/// The cut of one instance in one view. Keep it from frame to frame: the hysteresis needs the previous cut, and reusing
+/// it allocates nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cut {
     refined: Vec<bool>,
@@ -35,7 +35,7 @@ impl Cut {
         &self.refined
     }
 
-    /// Removes the last cut, as after a teleport.
+    /// Removes the previous cut, as after a teleport.
     pub fn clear(&mut self) {
         self.refined.clear();
         self.units.clear();
@@ -45,7 +45,7 @@ impl Cut {
 
 /// Selects the cut of one instance, placed by `world_from_local`, in one view.
 ///
-/// `cut` is the last cut of the same instance in the same view, or an empty one, and becomes the new cut. The cut is
+/// `cut` is the previous cut of the same instance in the same view, or an empty cut. It becomes the new cut. The cut is
 /// valid for any input; a group with an error of NaN is refined.
 pub fn select(
     hierarchy: &Hierarchy,
@@ -81,7 +81,7 @@ fn select_by(
     error_px: impl Fn(usize, bool) -> f32,
 ) {
     let thresholds = settings.thresholds(1.0);
-    // The cut may be of another hierarchy.
+    // The caller may pass a cut of another hierarchy, with another number of groups.
     cut.refined.resize(hierarchy.groups.len(), false);
     hierarchy.refine_by(&mut cut.refined, |group, was_refined| {
         thresholds.exceeded_by(error_px(group, was_refined), was_refined)

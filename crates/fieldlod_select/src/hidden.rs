@@ -40,8 +40,8 @@ use occluder::OccluderMesh;
 use screen_triangle::{Corner, parts_in_front};
 use texels::Texels;
 
-/// Elements of eight points that are drawn between two tests whether any of them is in front. Fewer end the drawing of
-/// visible instances too early, more draw hidden instances longer.
+/// Elements of eight points that are drawn between two tests whether any of them is in front. Fewer elements end the
+/// drawing of visible instances too early; more elements draw hidden instances longer.
 const STRETCH: usize = 8;
 
 /// The depth image of one view.
@@ -59,7 +59,7 @@ pub struct OcclusionBuffer {
 }
 
 impl OcclusionBuffer {
-    /// Draws the occluders of a scene in a view, `triangles` at most.
+    /// Draws the occluders of a scene in a view, with up to `triangles` triangles.
     #[must_use]
     pub fn new(scene: &Scene, view: &View, triangles: u32) -> Self {
         let mut buffer = Self::empty(view);
@@ -67,7 +67,7 @@ impl OcclusionBuffer {
         buffer
     }
 
-    /// With nothing in it.
+    /// An empty image.
     pub(crate) fn empty(view: &View) -> Self {
         Self {
             view: *view,
@@ -87,7 +87,7 @@ impl OcclusionBuffer {
         choice.begin(scene, view, &self.plane);
         for index in 0..choice.candidates.len() {
             let candidate = choice.candidates[index];
-            // An occluder behind others hides nothing more.
+            // An occluder behind other occluders hides nothing more.
             if self.covers(&scene.instances[candidate.instance as usize].sphere) {
                 continue;
             }
@@ -110,8 +110,8 @@ impl OcclusionBuffer {
         self.row.resize(self.plane.width, f32::NEG_INFINITY);
     }
 
-    /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic one,
-    /// `−∞` without a surface.
+    /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic
+    /// one, `−∞` without a surface.
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
         &self.texels.nearness
@@ -160,8 +160,8 @@ impl OcclusionBuffer {
         }
     }
 
-    /// Draws an instance by points of one texel each, until none of [`STRETCH`] elements is in front. Returns their
-    /// number.
+    /// Draws an instance by points of one texel each, until none of [`STRETCH`] elements is in front. Returns the
+    /// number of points.
     fn draw_points(
         &mut self,
         points: &[V3<f32x8>],
@@ -184,7 +184,7 @@ impl OcclusionBuffer {
         drawn
     }
 
-    /// Draws eight points of camera space. Returns whether any is the nearest of its texel.
+    /// Draws eight points of camera space. Returns `true` if any point is the nearest of its texel.
     #[inline(always)]
     fn draw_eight(&mut self, point: V3<f32x8>, owner: u32) -> bool {
         let at = self.plane.project(point);

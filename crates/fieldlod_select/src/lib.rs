@@ -36,9 +36,9 @@
 //!
 //! # Hidden instances
 //! [`LodSettings::visible_flux`] weighs errors by the visible share of each instance, or of each group of a large
-//! instance. A [`Selector`] estimates the shares with an [`OcclusionBuffer`], a small depth image that it draws when the
-//! view or the scene has changed. An instance that appears is refined in the same frame; one that disappears is
-//! coarsened some frames later. Displacements are not weighed, since the share is an estimate.
+//! instance. A [`Selector`] estimates the shares with an [`OcclusionBuffer`], a small depth image that it draws when
+//! the view or the scene has changed. An instance that appears is refined in the same frame; an instance that
+//! disappears is coarsened some frames later. Displacements are not weighed, since the share is an estimate.
 //!
 //! # Speed
 //! A [`Selector`] decides everything anew in each frame, eight at a time:

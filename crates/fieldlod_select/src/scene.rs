@@ -39,8 +39,8 @@ impl InstanceId {
         generation: 0,
     };
 
-    /// Index of the instance, unique among the present instances of a scene. Indices are small, since those of removed
-    /// instances are reused.
+    /// Index of the instance, unique among the present instances of a scene. Indices are small, because the indices of
+    /// removed instances are reused.
     #[must_use]
     pub fn index(self) -> usize {
         self.index as usize
@@ -52,7 +52,7 @@ impl InstanceId {
 pub(crate) struct Instance {
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
-    /// Around all of its groups, in the world.
+    /// The sphere around all groups of the instance, in the world.
     pub(crate) sphere: Sphere,
     /// The least and the largest factor of lengths.
     stretch: [f32; 2],
@@ -64,9 +64,9 @@ pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
-    /// Its place in the columns; `None` until the next [`Scene::update`], and once removed.
+    /// The slot of the instance in the columns; `None` until the next [`Scene::update`], and once removed.
     pub(crate) slot: Option<u32>,
-    /// The layers that it is on, one bit each.
+    /// The layers of the instance, one bit each.
     layers: u64,
     is_occluder: bool,
 }
@@ -82,8 +82,8 @@ struct Mesh {
 /// threads, select from it, each with settings of its own.
 ///
 /// Call [`Scene::update`] after changes and before selection. A change costs the same in a scene of any size. Instances
-/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later moves
-/// do not change the order.
+/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later
+/// moves do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -123,11 +123,11 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id: before
-    /// that, each selector must select once, to list the units that left, or be cleared.
+    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id:
+    /// before that, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
-    /// If an instance of it has not been removed.
+    /// If an instance of the mesh is still in the scene.
     pub fn remove_mesh(&mut self, mesh: MeshId) {
         let index = mesh.0;
         let mesh = &mut self.meshes[index as usize];
@@ -205,8 +205,8 @@ impl Scene {
         }
     }
 
-    /// Sets whether an instance may hide others with [`LodSettings::visible_flux`], which is the default; transparent
-    /// instances should not. Does nothing if the instance was removed.
+    /// Sets whether an instance may hide other instances with [`LodSettings::visible_flux`], which is the default;
+    /// transparent instances should not. Does nothing if the instance was removed.
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
@@ -274,7 +274,7 @@ impl Scene {
             .flatten()
     }
 
-    /// Placement of an instance, or its last one if it was removed.
+    /// Placement of an instance. If the instance was removed, its placement before the removal.
     #[must_use]
     pub fn placement(&self, instance: InstanceId) -> Affine3A {
         self.instances[instance.index()].world_from_local
@@ -302,7 +302,7 @@ impl Scene {
         self.unplaced.is_empty() && self.columns.is_up_to_date()
     }
 
-    /// How many instances there are.
+    /// Number of instances.
     #[must_use]
     pub fn instance_count(&self) -> usize {
         self.instances.len() - self.free.len()

@@ -9,12 +9,13 @@ use crate::select::frame::{Frame, Input};
 use crate::settings::LodSettings;
 use crate::view::View;
 
-/// Selects the cut of every instance of a scene in one view. It keeps the last cuts for the hysteresis and the list of
-/// changes.
+/// Selects the cut of every instance of a scene in one view. It keeps the previous cuts for the hysteresis and the list
+/// of changes.
 ///
-/// If the scene, the view or the settings have changed since the last frame, one pass tests all instances, eight at a
-/// time. Most are outside the view, or within the limits of their level, and keep their cuts. The criterion decides the
-/// levels and groups of the others. The cuts equal those of deciding every group of every instance.
+/// If the scene, the view or the settings have changed since the previous frame, one pass tests all instances, eight at
+/// a time. Most are outside the view, or within the limits of their level, and keep their cuts. The criterion decides
+/// the levels and groups of the other instances. The cuts are the same as if every group of every instance were
+/// decided.
 ///
 /// Without changes a frame returns at once.
 ///
@@ -66,7 +67,7 @@ impl Selector {
         }
     }
 
-    /// One selection. Its changes are added to those of other selections of the frame.
+    /// One selection. Its changes are added to the changes of other selections of the frame.
     fn select_frame(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
         let input = Input::new(scene, view, settings);
         let is_settled = self.are_shares_known || !self.cuts.has_unsettled_shares;
@@ -84,7 +85,7 @@ impl Selector {
         self.cuts.update_limits(&frame);
         // The depth image of visible flux.
         self.cuts.draw_depth_image(&frame);
-        // One pass over all instances, which decides those outside their limits and records changes.
+        // One pass over all instances, which decides the instances outside their limits and records changes.
         self.cuts.decide_near(&frame);
     }
 
@@ -117,8 +118,8 @@ impl Selector {
         self.cuts.statistics
     }
 
-    /// The [threshold](LodSettings::threshold_px) of the last selection; with a triangle budget, the one that fits the
-    /// budget. `None` before the first selection.
+    /// The [threshold](LodSettings::threshold_px) of the last selection; with a triangle budget, the threshold that
+    /// fits the budget. `None` before the first selection.
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())
@@ -137,7 +138,7 @@ impl Selector {
         Some((&self.cuts, &last.view, &last.settings))
     }
 
-    /// Removes the last cuts, as after a teleport: the next selection depends on its input alone.
+    /// Removes the previous cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
         self.last = None;
         self.cuts.clear();

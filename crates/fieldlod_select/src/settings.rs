@@ -17,8 +17,8 @@ pub enum Offscreen {
 
 /// Weight of hidden instances.
 ///
-/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large ones,
-/// points for the others. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
+/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large instances,
+/// points for small instances. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
 /// because the paper's flux is over the visible surface. Objects outside the image, within
 /// [`offscreen_margin`](AdvancedSettings::offscreen_margin) too, count as hidden. `o` is an estimate, so displacements
 /// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
@@ -50,13 +50,13 @@ impl Default for VisibleFlux {
 ///
 /// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
 /// [`displacement_px`](Self::displacement_px) by its largest displacement. Without thresholds the cut is the
-/// coarsest one. A threshold of 0 accepts groups without error only, a negative one accepts no group. NaN accepts
-/// every group if it is the only threshold, and is ignored beside another one.
+/// coarsest one. A threshold of 0 accepts groups without error only; a negative threshold accepts no group. NaN accepts
+/// every group if it is the only threshold, and is ignored beside another threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
     /// Quality: the largest screen-space error of a simplification, in physical pixels
-    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move further.
+    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move farther.
     pub error_px: Option<f32>,
     /// Guarantee: the largest displacement of the surface in the image, in physical pixels
     /// ([`screen_displacement_px`](crate::screen_displacement_px)). It needs more triangles than
@@ -181,8 +181,8 @@ impl LodSettings {
         }
     }
 
-    /// The threshold of [`group_error_px`](crate::group_error_px), in rendered pixels and before the hysteresis: `error_px`
-    /// or, without it, `displacement_px`; infinite with neither.
+    /// The threshold of [`group_error_px`](crate::group_error_px), in rendered pixels and before the hysteresis:
+    /// `error_px` or, without it, `displacement_px`; infinite with neither.
     #[must_use]
     pub fn threshold_px(&self) -> f32 {
         self.error_weights().threshold_px
@@ -241,8 +241,8 @@ impl LodSettings {
     }
 }
 
-/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is compared
-/// with one threshold.
+/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is
+/// compared with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorWeights {
     pub(crate) threshold_px: f32,
@@ -255,14 +255,14 @@ pub(crate) struct ErrorWeights {
 /// The two thresholds of a hysteresis, in pixels of screen-space error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thresholds {
-    /// A group that is not refined is refined above this.
+    /// A group that was not refined is refined above this error.
     pub(crate) refine_above_px: f32,
-    /// A refined group stays refined above this.
+    /// A refined group stays refined above this error.
     pub(crate) coarsen_below_px: f32,
 }
 
 impl Thresholds {
-    /// Whether an error exceeds the threshold; NaN does.
+    /// Whether an error exceeds the threshold; NaN exceeds every threshold.
     pub(crate) fn exceeded_by(&self, error_px: f32, was_refined: bool) -> bool {
         let threshold_px = if was_refined {
             self.coarsen_below_px

@@ -24,9 +24,9 @@ pub struct View {
     /// the origin.
     pub(crate) camera_from_world: Mat3,
     pub(crate) eye_in_world: Vec3,
-    /// The layers that it draws.
+    /// The layers that the view draws.
     pub(crate) layers: u64,
-    /// The lights that may cast shadows into it.
+    /// The lights that may cast shadows into the view.
     pub(crate) shadow_lights: ShadowLights,
 }
 
@@ -57,8 +57,8 @@ impl View {
         }
     }
 
-    /// The same view, which draws only instances on one of `layers` ([`Scene::set_layers`](crate::Scene::set_layers)). A
-    /// new view draws all.
+    /// The same view, which draws only instances on one of `layers` ([`Scene::set_layers`](crate::Scene::set_layers)).
+    /// A new view draws all layers.
     #[must_use]
     pub fn with_layers(&self, layers: u64) -> Self {
         Self { layers, ..*self }
@@ -75,7 +75,7 @@ impl View {
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
         let camera = widened(&self.camera, settings.advanced.offscreen_margin);
-        // Not narrower, or a group would leave where it enters.
+        // With a negative margin, a group would leave where it enters.
         let margin = settings.advanced.edge_hysteresis.max(0.0);
         Self {
             camera,

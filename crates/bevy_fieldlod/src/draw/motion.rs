@@ -1,7 +1,7 @@
 //! Gives new units the motion of their object in their first frame.
 //!
-//! Motion vectors compare the transforms of two frames. Bevy has no last transform of a new unit, but its object was at
-//! the same place.
+//! Motion vectors compare the transforms of two frames. Bevy has no previous transform for a new unit. The unit's
+//! object has one, and it is the same.
 
 use bevy::pbr::{
     MeshInputUniform, MeshUniform, RenderMeshInstances, collect_meshes_for_gpu_building,
@@ -44,8 +44,8 @@ fn extract_new_units(
         .extend(with_object.map(|pair| pair.map(MainEntity::from)));
 }
 
-/// Lets new units refer to the last transform of their object, if uniforms are built on the GPU. Uniforms that are built
-/// on the CPU read [`PreviousGlobalTransform`](bevy::pbr::PreviousGlobalTransform) of the unit.
+/// Lets new units refer to the previous transform of their object, if uniforms are built on the GPU. Uniforms that are
+/// built on the CPU read [`PreviousGlobalTransform`](bevy::pbr::PreviousGlobalTransform) of the unit.
 fn share_last_transforms(
     new_units: Res<NewUnits>,
     instances: Res<RenderMeshInstances>,
@@ -68,7 +68,7 @@ fn share_last_transforms(
             uniforms.get_unchecked(unit_index),
             uniforms.get_unchecked(object_index),
         );
-        // The last transform of an object that has not moved in this frame is outdated.
+        // If the object did not move in this frame, its stored previous transform is outdated.
         if object.timestamp == unit.timestamp {
             unit.previous_input_index = object.previous_input_index;
             uniforms.set(unit_index, unit);

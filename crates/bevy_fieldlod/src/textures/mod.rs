@@ -34,12 +34,12 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodTexturePlugin;
 
-/// How finely views sample the texture of a surface. It is an upper bound over the bounding sphere of a mesh, for the mean
-/// density of its texture coordinates.
+/// How finely views sample the texture of a surface. The value is an upper bound over the mesh's bounding sphere. It
+/// assumes the mean density of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureDetail {
-    /// Pixels per unit of texture coordinates: the square root of `c·n` divided by the texture area per surface area.
-    /// Infinite if the camera is inside the sphere.
+    /// Pixels per unit of texture coordinates: √(c·n / a). `c·n` is samples per surface area; `a` is texture area per
+    /// surface area. Infinite if the camera is inside the sphere.
     pub pixels_per_uv: f32,
 }
 
@@ -55,7 +55,7 @@ impl TextureDetail {
     /// Negative if the full size is too coarse.
     #[must_use]
     pub fn mip_level(&self, size_px: f32) -> f32 {
-        // The surface has an area of 1 and shows the texture once.
+        // Assume a surface of area 1 that shows the whole texture once.
         let projection_factor = self.pixels_per_uv * self.pixels_per_uv;
         camera_field::mip_level(projection_factor, size_px * size_px, 0.0)
     }

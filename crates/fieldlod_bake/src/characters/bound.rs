@@ -4,13 +4,14 @@
 //! ```text
 //! m_b = Σ_i λ_i u_ib (y_i, 1)
 //! ```
-//! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by `Δm_b`,
-//! and with any joint `r` the points are posed at most
+//! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by
+//! `Δm_b`, and with any joint `r` the points are posed at most
 //! ```text
 //! d + Σ_{b ≠ r} ‖(M_b − M_r) Δm_b‖
 //! ```
 //! apart, if joints do not stretch. A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most
-//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are those above one of them but not the other.
+//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are the joints above one of the two but not above the
+//! other.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +25,8 @@ use crate::import::rig::ancestors;
 /// The distance of two points in the bind pose, and by how much it can grow per `2 sin(θ/2)`.
 type Growth = (f32, f32);
 
-/// For each angle, a bound for the distances of samples of a level from the source and back. Morph targets are at 0.
+/// For each angle, a bound of the distances between samples of a level and the source, in both directions. Morph
+/// targets are at 0.
 pub(super) fn bounds<const N: usize>(
     character: &Character<'_>,
     import: &Import,
@@ -73,7 +75,7 @@ impl<'a> Skeleton<'a> {
     fn growth(&self, [x, y]: &[Sample; 2]) -> Growth {
         let positions = &self.character.mesh.positions;
         let near = x.position(positions).distance(y.position(positions));
-        // Of each joint, the difference of the moments, and the weight of both points.
+        // For each joint, the difference of the moments, and the weight of both points.
         let mut moments: BTreeMap<u16, (Vec4, f32)> = BTreeMap::new();
         for (sample, sign) in [(x, 1.0), (y, -1.0)] {
             for (&corner, share) in sample.corners.iter().zip(sample.weights.to_array()) {

@@ -1,14 +1,14 @@
 //! Principal components of posed positions, as vertex attributes for the simplifier.
 //!
 //! The posed positions of a vertex are three numbers per pose. Their principal components are found by orthogonal
-//! iteration. Distances between vertices in a few components are nearly those between their posed positions.
+//! iteration. Distances between vertices in a few components are nearly the distances between their posed positions.
 
 use fieldlod_hierarchy::Random;
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Components per vertex. 6 describe nearly all of the motion of the characters measured; 12 leave room for others.
-/// The simplifier takes time and memory for each.
+/// Components per vertex. 6 describe nearly all of the motion of the characters measured; 12 leave room for other
+/// characters. The simplifier takes time and memory for each.
 pub(super) const CHANNELS: usize = 12;
 /// Iterations. The largest components converge first, and an inexact basis only mixes components.
 const ITERATIONS: usize = 8;
@@ -67,7 +67,7 @@ fn back(rows: &[f32], projected: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; 
     axes
 }
 
-/// Makes the columns orthonormal by the Gram-Schmidt process. A column that depends on others becomes zero.
+/// Makes the columns orthonormal by the Gram-Schmidt process. A column that depends on other columns becomes zero.
 fn orthonormalize(axes: &mut [[f32; CHANNELS]]) {
     for column in 0..CHANNELS {
         let length = |axes: &[[f32; CHANNELS]]| {

@@ -24,7 +24,7 @@ pub struct Character<'a> {
     pub(super) skin: Option<&'a Skin>,
     /// For each vertex, the joints that move it and their weights, which sum to 1. Empty without a skin.
     pub(super) influences: Vec<[(u16, f32); 4]>,
-    /// Joints that move at least one vertex, as indices into the joints of the skin. Those that move the largest area
+    /// Joints that move at least one vertex, as indices into the joints of the skin. Joints that move the largest area
     /// come first.
     pub(super) joints_by_weight: Vec<u16>,
 }
@@ -32,17 +32,17 @@ pub struct Character<'a> {
 /// One primitive of a character.
 #[derive(Debug)]
 pub struct Part<'a> {
-    /// Its index in the import.
+    /// The index of the primitive in the import.
     pub index: usize,
     /// The primitive.
     pub primitive: &'a ImportedPrimitive,
     pub(super) rig: &'a Rig,
-    /// Its vertices among those of the character.
+    /// The range of the primitive's vertices in the character.
     pub vertices: Range<u32>,
 }
 
 impl Part<'_> {
-    /// The hash of its mesh with joints and morph targets.
+    /// The hash of the primitive's mesh with joints and morph targets.
     pub(super) fn source_hash(&self) -> SourceHash {
         let vertices = self.primitive.mesh.source_hash();
         let joints = match self.rig.skin {
@@ -53,7 +53,7 @@ impl Part<'_> {
         targets.fold(joints, |hash, target| hash.with_morph_target(target))
     }
 
-    /// Whether each triangle has its own vertices, in order: its normals are then its own, too.
+    /// Whether each triangle has its own vertices, in order. Triangles then share no normals.
     pub(super) fn has_flat_triangles(&self) -> bool {
         let indices = self.primitive.mesh.indices.iter().copied();
         indices.eq(0..self.vertices.len() as u32)
@@ -170,7 +170,7 @@ fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
     for part in parts {
         let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         for vertex in part.vertices.clone() {
-            // Adding zero merges the two zeros.
+            // Adding zero turns −0 into +0, so that both have the same bits.
             let position = mesh.positions[vertex as usize].to_array();
             let first = first_at.entry(position.map(|x| (x + 0.0).to_bits()));
             same_position[vertex as usize] = *first.or_insert(vertex);
@@ -188,8 +188,8 @@ fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
     component_of
 }
 
-/// Joints and normalized weights of each vertex. Joints without weight become joint 0, because their index may be out of
-/// range.
+/// Joints and normalized weights of each vertex. Joints without a weight become joint 0, because their index may be out
+/// of range.
 fn influences_of(rig: &Rig) -> impl Iterator<Item = [(u16, f32); 4]> + '_ {
     let pairs = rig.joints.iter().zip(&rig.weights);
     pairs.map(|(joints, weights)| {

@@ -1,7 +1,7 @@
 //! How far levels lie from their source in poses: the two-sided Hausdorff distance, measured at samples.
 //!
-//! A sample is a place on a triangle, so it moves with its corners. The tree over a surface is built once and refitted to
-//! each pose. A search starts at the triangle that was nearest in the previous pose.
+//! A sample is a place on a triangle. It moves with the triangle's corners. The tree over a surface is built once and
+//! refitted to each pose. A search starts at the triangle that was nearest in the previous pose.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,25 +12,25 @@ use super::poses::Pose;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Samples on the whole source, apart from corners. They determine the spacing on all levels. More samples find larger
-/// distances between corners, and cost time in proportion.
+/// Number of samples on the whole source, without corners. It determines the spacing of samples on all levels. More
+/// samples find larger distances between corners, and cost time in proportion.
 const SAMPLES: f32 = 4096.0;
-/// Rows of samples on one triangle at most, so that one large triangle among small ones does not take all the time.
+/// The largest number of sample rows on one triangle. It limits the time that a large triangle takes.
 const MOST_ROWS: u32 = 12;
-/// Distances of components below this share of the largest are not searched for: they affect no choice of levels.
+/// Searches end early at distances below this share of the largest. These distances do not affect the choice of levels.
 const IGNORED: f32 = 0.25;
-/// Triangles with a smaller squared sine of an angle are needles.
+/// A triangle is a needle if the squared sine of the angle at its first corner is smaller than this.
 const NEEDLE: f32 = 1e-9;
-/// One in this many distances is exact, for the mean. Exact searches cannot end early.
+/// One of this many distances is exact, and counts in the mean. Exact searches cannot end early.
 const EXACT_STEP: usize = 8;
-/// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller ones are lost
-/// to rounding; larger ones take copies away from their neighbours in the tree.
+/// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller distances
+/// are lost to rounding; larger distances take copies away from their neighbours in the tree.
 const COPY_STEP: f32 = 1.0 / 65_536.0;
 
 /// The distances of a level from its source, in both directions, over all poses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Distances {
-    /// The largest distance of each component of the source. Those far below the largest of all may be too large.
+    /// The largest distance per source component. Values far below the overall maximum are upper bounds only.
     pub(super) of_components: Vec<f32>,
     /// The root mean square in the pose where it is largest.
     pub rms: f32,
@@ -172,7 +172,8 @@ impl Measured {
     }
 }
 
-/// Raises the `farthest` distance of each component to that of its samples. Returns the root mean square of exact distances.
+/// Raises the `farthest` distance of each component to the distances of its samples. Returns the root mean square of
+/// exact distances.
 fn search(
     samples: impl Iterator<Item = (Vec3, usize)>,
     tree: &TriangleTree,
@@ -206,7 +207,7 @@ fn distinct_corners(triangles: &[[u32; 3]], positions: &[Vec3]) -> Vec<[Vec3; 3]
     let mut copies: FxHashMap<[[u32; 3]; 3], u32> = FxHashMap::default();
     let shifted = triangles.iter().map(|triangle| {
         let corners = triangle.map(|vertex| positions[vertex as usize]);
-        // Adding zero merges the two zeros.
+        // Adding zero turns −0 into +0, so that both have the same bits.
         let bits = corners.map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits()));
         let copy = copies.entry(bits).or_default();
         let shift = Vec3::X * (*copy as f32 * step);
@@ -257,7 +258,7 @@ fn samples_of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Vec<S
                 samples.push(Sample { corners, weights });
             }
         }
-        // The middles of the upright ones of rows² small triangles.
+        // Rows divide the triangle into rows² small triangles. The sample is the centre of each upright one.
         for row in 0..rows {
             for column in 0..rows - row {
                 let x = (row as f32 + 1.0 / 3.0) / rows as f32;

@@ -14,17 +14,19 @@ use crate::mesh::used_vertices::used_of;
 use crate::report::BakeReport;
 
 /// A guarantee is this many times the largest deviation in the training poses. Held-out clips deviated up to 1.47 times
-/// as far. Smaller margins are exceeded; larger ones keep finer levels for longer than needed.
+/// as far. Smaller margins are exceeded; larger margins keep finer levels for longer than needed.
 const POSE_MARGIN: f32 = 1.5;
 /// The coarsest level has at least this many triangles. Fewer show no limbs.
 const FEWEST_TRIANGLES: usize = 24;
 /// The error of a level relative to the root mean square of its distances. The errors that the simplifier reports for
-/// static meshes are 4 to 5 times theirs, so characters and props change levels at similar differences.
+/// static meshes are 4 to 5 times the root mean square of their distances. Characters and props therefore change levels
+/// at similar differences.
 const ERROR_PER_RMS: f32 = 4.0;
 /// The largest number of vertices that 16-bit indices reach.
 const MOST_VERTICES: usize = 1 << 16;
-/// Ways to simplify. Each level is the one that deviates least. A strength of 1 is best for the largest deviation of many
-/// characters, and 4 for the mean. Texture seams are kept or not, because hard-edged characters have too many to keep.
+/// Ways to simplify. Each level uses the way that deviates least. A strength of 1 is best for the largest deviation of
+/// many characters, and 4 for the mean. Texture seams are kept or not, because hard-edged characters have too many to
+/// keep.
 const WAYS: [Way; 4] = [
     Way {
         strength: 0.0,
@@ -134,7 +136,7 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     levels
 }
 
-/// Measures levels in all training poses. They were chosen by a part of these.
+/// Measures levels in all training poses. A part of these poses was used to choose the levels.
 fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]) {
     let triangles: Vec<&[[u32; 3]]> = levels.iter().map(|level| &*level.triangles).collect();
     let measured = distances(character, poses, &triangles);
@@ -154,8 +156,8 @@ impl Level {
         (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
     }
 
-    /// The next level, with `triangles`. A component that vanishes far from all others would determine the deviation, so
-    /// it keeps its triangles of this level.
+    /// The next level, with `triangles`. A component that vanishes far from all others would determine the deviation,
+    /// so it keeps its triangles of this level.
     fn coarser(
         &self,
         character: &Character<'_>,
@@ -188,7 +190,7 @@ fn bounds(character: &Character<'_>, poses: &[Pose]) -> Sphere {
     Sphere::around(poses.iter().flat_map(|pose| pose.positions(character)))
 }
 
-/// The levels of a part, with indices into its vertices. A part that vanishes keeps its last level.
+/// The levels of a part, with indices into its vertices. A part that vanishes keeps its previous level.
 fn levels_of_part(part: &Part<'_>, levels: &[Level]) -> Vec<Vec<[u32; 3]>> {
     let mut own: Vec<Vec<[u32; 3]>> = Vec::new();
     for level in levels {

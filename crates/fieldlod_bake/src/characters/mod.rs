@@ -1,8 +1,8 @@
 //! Levels of skinned and morphed meshes.
 //!
-//! In: the primitives of an [`Import`] that have a rig. Out: for each, a chain of whole-mesh levels. Primitives with one
-//! skin are one character: they are simplified together and change their levels together. Levels use source vertices
-//! alone, so joints, weights and morph targets of a level are those of the source.
+//! In: the primitives of an [`Import`] that have a rig. Out: for each, a chain of whole-mesh levels. Primitives with
+//! one skin are one character: they are simplified together and change their levels together. Levels use source
+//! vertices alone, so a level has the joints, weights and morph targets of the source.
 
 mod bound;
 mod channels;
@@ -32,12 +32,12 @@ pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
 
 /// Bakes all primitives of a file that have a skin or morph targets, in the order of the file.
 ///
-/// Primitives with the same skin, and primitives without a skin of the same glTF mesh, have the same spheres, errors and
-/// number of levels.
+/// Primitives with the same skin, and primitives without a skin of the same glTF mesh, have the same spheres, errors
+/// and number of levels.
 ///
 /// # Errors
-/// For each primitive, a [`MeshError`] if the configuration is out of range, or if a primitive of its character has more
-/// vertices than 16-bit indices allow.
+/// For each primitive, a [`MeshError`] if the configuration is out of range, or if a primitive of its character has
+/// more vertices than 16-bit indices allow.
 #[must_use]
 pub fn bake_rigged(import: &Import, config: &BakeConfig) -> Vec<(PrimitivePlace, RiggedResult)> {
     let bake = |character: Character<'_>| -> Vec<(usize, RiggedResult)> {

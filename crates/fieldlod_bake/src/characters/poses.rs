@@ -1,4 +1,4 @@
-//! Poses of a character: of its clips, of bent joints and of morph targets.
+//! Poses of a character: poses of clips, bent joints and morph targets.
 
 use glam::{Affine3A, Mat4, Quat, Vec3};
 
@@ -18,7 +18,8 @@ const MOST_OF_CLIP: usize = 64;
 const MOST_INSTANCES: usize = 16;
 /// Vertices by which poses are compared. They show which joints move; all vertices would cost as much as the bake.
 const COMPARED_VERTICES: usize = 256;
-/// Joints that are bent, those with the most weight first. The rest are fingers and the like, which move little area.
+/// Number of joints that are bent. Joints with the most weight come first. The rest are fingers and the like, which
+/// move little area.
 const MOST_BENT: usize = 64;
 /// Angle by which joints are bent without clips, about each axis in both directions. Clips bend most joints less;
 /// larger bends make guarantees coarser.
@@ -31,8 +32,8 @@ const BEND_BESIDE_CLIPS: f32 = 0.65;
 /// Poses that levels are simplified for and chosen by. Each one costs a measurement of every candidate.
 const MOST_MADE_FOR: usize = 32;
 
-/// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the carrier
-/// joint.
+/// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
+/// carrier joint.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
     /// For each joint of the skin, the transform from the bind pose. Empty for the bind pose.
@@ -280,8 +281,8 @@ impl<'a> Rig<'a> {
         }
     }
 
-    /// The poses in which some properties of nodes differ from the rest pose: one for each instance with other weights of
-    /// morph targets. Degenerate poses, and poses that are too far away, are left out.
+    /// The poses in which some properties of nodes differ from the rest pose: one for each instance with other weights
+    /// of morph targets. Degenerate poses, and poses that are too far away, are left out.
     fn poses(&self, changes: &[Change]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::new();
         let Some(joints) = self.joints_in(changes) else {

@@ -1,12 +1,12 @@
 //! Simplification of a whole character with respect to its poses.
 //!
-//! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared change
-//! of an attribute, so their weight is
+//! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared
+//! change of an attribute, so their weight is
 //! ```text
 //! k / (extent √P) · √(N / 6A)
 //! ```
-//! with P poses, N triangles to keep, and the area A in squares of the extent. The area of one triangle then counts as much
-//! as the displacement of a vertex.
+//! with P poses, N triangles to keep, and the area A in squares of the extent. The area of one triangle then counts as
+//! much as the displacement of a vertex.
 
 use bytemuck::NoUninit;
 use glam::Vec3;
@@ -108,7 +108,7 @@ impl<'a> Simplifier<'a> {
             .collect()
     }
 
-    /// Replaces welded vertices of flat triangles by those with normals nearest to that of the triangle.
+    /// Replaces welded vertices of flat triangles by the vertices with normals nearest to the normal of the triangle.
     fn facing(&self, triangle: [u32; 3]) -> [u32; 3] {
         let corners = triangle.map(|v| self.character.mesh.positions[v as usize]);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -176,8 +176,8 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
 }
 
 /// The levels of a character as other tools make them: each primitive separately, in the bind pose, with normals and
-/// `Regularize`. Collapses across seams are allowed; otherwise most characters would stop at a quarter of their triangles.
-/// Level `k` is simplified to `ratio` to the power of `k`.
+/// `Regularize`. Collapses across seams are allowed; otherwise most characters would stop at a quarter of their
+/// triangles. Level `k` is simplified to `ratio` to the power of `k`.
 #[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {
@@ -215,8 +215,8 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
     (1..=count).map(|k| level(ratio.powi(k as i32))).collect()
 }
 
-/// For each vertex, the first vertex with the same attributes and rig. Normals are ignored if every triangle has its own
-/// vertices, because they are then the normals of the triangles.
+/// For each vertex, the first vertex with the same attributes and rig. Normals are ignored if every triangle has its
+/// own vertices, because they are then the normals of the triangles.
 fn welded(character: &Character<'_>) -> Vec<u32> {
     let mesh = &character.mesh;
     let mut firsts: FxHashMap<Vec<u8>, u32> = FxHashMap::default();

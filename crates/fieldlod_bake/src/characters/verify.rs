@@ -15,12 +15,12 @@ const MOST_POSES: usize = 256;
 /// Results of [`verify_rigged`] for a primitive that passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RiggedVerified {
-    /// Number of poses in which its character was measured.
+    /// Number of poses in which the primitive's character was measured.
     pub poses: usize,
     /// The largest distance in these poses, as a share of the deviation stated.
     pub share: f32,
-    /// A bound of the distance at samples while joints bend by up to each of [`Self::BENT`], as a share of the deviation
-    /// stated.
+    /// A bound of the distance at samples while joints bend by up to each of [`Self::BENT`], as a share of the
+    /// deviation stated.
     pub bounds: [f32; 3],
 }
 
@@ -29,11 +29,11 @@ impl RiggedVerified {
     pub const BENT: [f32; 3] = [15.0, 45.0, 90.0];
 }
 
-/// Checks the hierarchies of all primitives that have a skin or morph targets: every invariant, and deviations in poses of
-/// the clips, of bent joints if the clips have few keyframes, and of morph targets.
+/// Checks the hierarchies of all primitives that have a skin or morph targets: every invariant, and deviations in poses
+/// of the clips, of bent joints if the clips have few keyframes, and of morph targets.
 ///
-/// `baked` has a hierarchy for each primitive of the import. Those of other primitives are ignored. The result is in the
-/// order of the import.
+/// `baked` has a hierarchy for each primitive of the import. Hierarchies of other primitives are ignored. The result is
+/// in the order of the import.
 #[must_use]
 pub fn verify_rigged(
     import: &Import,
@@ -77,7 +77,7 @@ fn verify_character(
     };
     let measured = distances(character, &poses, &levels[1..]);
     for (level, distances) in (1..).zip(measured) {
-        // The deviation of a level is that of the group which simplifies to it.
+        // The deviation of a level is the deviation of the group that simplifies to it.
         let stated = stated[level - 1].deviation_in_local;
         if stated.is_infinite() {
             continue;
@@ -96,7 +96,7 @@ fn verify_character(
     Ok(verified)
 }
 
-/// `distance / stated`. No distance is no share of anything, even of 0.
+/// Returns `distance / stated`. A distance of 0 gives 0, even if `stated` is 0.
 fn share_of(distance: f32, stated: f32) -> f32 {
     if distance > 0.0 {
         distance / stated

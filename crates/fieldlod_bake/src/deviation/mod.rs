@@ -2,7 +2,7 @@
 //!
 //! Source to simplified: clusters carry samples on the source, at first all vertices. A group measures the distances
 //! between the samples of its clusters and its simplified triangles. All samples are carried on: with only the farthest
-//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated one.
+//! eighth of them, the true deviation of a bumpy sphere is 1.37 times the stated deviation.
 //!
 //! Simplified to source: moved vertices and the centre of each triangle are measured against the whole source.
 //!
@@ -40,7 +40,7 @@ const REFINE_ABOVE: f32 = 0.1;
 const SMALL_MESH: usize = 1 << 15;
 const SMALL_LEVEL: usize = 1 << 10;
 /// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
-/// triangle. Many small components have more, and a few samples miss their farthest points.
+/// triangle. Many small components have more vertices, and a few samples miss their farthest points.
 const MANY_COMPONENTS: f32 = 0.7;
 /// Maximum number of splits into quarters.
 const SPLITS: u32 = 5;
@@ -68,7 +68,7 @@ struct Effort {
 /// Measured deviation of a group.
 pub(crate) struct Measured {
     pub(crate) deviation_in_scaled: f32,
-    /// For each of its clusters, the samples for the next level.
+    /// For each cluster of the simplified group, the samples for the next level.
     pub(crate) samples: Vec<Vec<Sample>>,
 }
 

@@ -16,8 +16,8 @@ const MAX_ELEMENTS: usize = u32::MAX as usize / 2;
 /// bytes could claim gigabytes.
 const MAX_ZEROS: usize = 1 << 24;
 
-/// Reads vectors of `N` numbers: those at the indices `only`, which ascend, or all. Components that the accessor lacks
-/// come from `blank`.
+/// Reads vectors of `N` numbers: the vectors at the ascending indices `only`, or all vectors. Components that the
+/// accessor lacks come from `blank`.
 ///
 /// # Panics
 /// If the accessor has more than `N` components.

@@ -248,11 +248,11 @@ fn one_line(text: &str) -> String {
         .collect()
 }
 
-/// Nodes with more ancestors than this count as placed unlike any other. Bounds the time for damaged files.
+/// Nodes with more ancestors than this share their placement with no other node. Bounds the time for damaged files.
 const MOST_ANCESTORS: usize = 64;
 
-/// For each mesh, a number that it shares with the meshes of other nodes with the same global transform. A mesh of several
-/// nodes shares it with none.
+/// For each mesh, a number that it shares with the meshes of other nodes with the same global transform. A mesh of
+/// several nodes shares it with none.
 pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
     let placed = |node: u32| {
         let chain = ancestors(nodes, node).take(MOST_ANCESTORS + 1);

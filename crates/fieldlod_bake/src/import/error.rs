@@ -33,16 +33,16 @@ impl fmt::Display for PrimitivePlace {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum SkipReason {
-    /// It is made of points or lines.
+    /// The primitive is made of points or lines.
     #[error("it is made of points or lines")]
     NotTriangles,
     /// Neither glTF nor `KHR_mesh_quantization` allows the format of the positions.
     #[error("its positions are in a format that glTF does not know")]
     PositionFormat,
-    /// It has no triangles.
+    /// The primitive has no triangles.
     #[error("it has no triangles")]
     NoTriangles,
-    /// It is faulty.
+    /// The primitive is faulty.
     #[error("{0}")]
     Faulty(PrimitiveFault),
 }
@@ -61,10 +61,10 @@ pub enum PrimitiveFault {
         attribute: &'static str,
         fault: AccessorFault,
     },
-    /// Its vertices or triangles are faulty.
+    /// The vertices or triangles are faulty.
     #[error("{0}")]
     Mesh(#[from] MeshError),
-    /// Its skin or its morph targets are faulty.
+    /// The skin or the morph targets are faulty.
     #[error("{0}")]
     Rig(#[from] RigFault),
 }

@@ -23,8 +23,8 @@ pub(super) enum Formats {
 }
 
 impl Formats {
-    /// The formats of a primitive with these positions. `None` if no extension allows the positions. Bevy reads primitives
-    /// with plain positions, so their other attributes are read exactly as Bevy reads them.
+    /// The formats of a primitive with these positions. `None` if no extension allows the positions. Bevy reads
+    /// primitives with plain positions, so their other attributes are read exactly as Bevy reads them.
     pub(super) fn of_positions(positions: &Accessor<'_>) -> Option<Self> {
         let all = [Self::AsBevy, Self::Quantized];
         all.into_iter()

@@ -14,8 +14,8 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use super::ReadBeside;
 use super::buffers::{Buffers, data_of, read_uri};
 
-/// The largest side of a decoded image, in texels. 8,192² texels take a quarter of a gigabyte; larger images could use up
-/// the memory of a build server.
+/// The largest side of a decoded image, in texels. 8,192² texels take a quarter of a gigabyte; larger images could use
+/// up the memory of a build server.
 const MOST_SIDE: u32 = 8_192;
 /// Further memory of a decoder, in bytes. Bounds what a damaged file can claim.
 const MOST_BYTES: usize = 1 << 28;
@@ -25,7 +25,7 @@ const MOST_BYTES: usize = 1 << 28;
 pub struct UnreadImage {
     /// Index of the image in the file, if there is one.
     pub image: Option<u32>,
-    /// The name of its file or of the image, or an empty string.
+    /// The name of the image or of its file, or an empty string.
     pub name: String,
     /// The fault.
     pub fault: ImageFault,
@@ -48,16 +48,16 @@ impl fmt::Display for UnreadImage {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFault {
-    /// Its source is in an unsupported extension.
+    /// The source of the image is in an unsupported extension.
     #[error("its source is in an unsupported extension")]
     Missing,
-    /// Its bytes could not be read.
+    /// The bytes of the image could not be read.
     #[error("{0}")]
     Unavailable(String),
-    /// It has another format than PNG and JPEG, such as KTX2 or WebP.
+    /// The image is neither PNG nor JPEG, but for example KTX2 or WebP.
     #[error("it is neither PNG nor JPEG")]
     Format,
-    /// Its width and height in texels are too large.
+    /// The width and height in texels are too large.
     #[error("it is too large: {0} × {1} texels")]
     TooLarge(u32, u32),
     /// The error of the decoder.

@@ -31,8 +31,8 @@ pub(super) struct Materials<'a> {
 }
 
 impl Materials<'_> {
-    /// The surfaces of the `used` materials by their indices, and the images that could not be read. Materials without an
-    /// entry are unknown.
+    /// The surfaces of the `used` materials by their indices, and the images that could not be read. Materials without
+    /// an entry are unknown.
     pub(super) fn surfaces(
         &self,
         used: &BTreeSet<usize>,

@@ -1,7 +1,7 @@
 //! Buffer views compressed by `EXT_meshopt_compression` or its successor `KHR_meshopt_compression`.
 //!
-//! meshoptimizer decodes them. It trusts strides, counts and filters, so these are checked here. Numbers are little-endian
-//! in glTF and in memory; `fieldlod_hierarchy` does not build for other machines.
+//! meshoptimizer decodes them. It trusts strides, counts and filters, so these are checked here. Numbers are
+//! little-endian in glTF and in memory; `fieldlod_hierarchy` does not build for other machines.
 
 use bytemuck::Pod;
 use gltf::buffer::View;
@@ -13,8 +13,8 @@ use thiserror::Error;
 /// The names of the extension.
 pub(super) const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Largest number of decoded bytes of all views of a file: 1,024 for each byte of its buffers, and 16 MiB. Otherwise a file
-/// of a few kilobytes could claim gigabytes.
+/// Largest number of decoded bytes of all views of a file: 1,024 for each byte of its buffers, and 16 MiB. Otherwise a
+/// file of a few kilobytes could claim gigabytes.
 pub(super) fn allowance(buffers: &[Vec<u8>]) -> usize {
     let bytes: usize = buffers.iter().map(Vec::len).sum();
     bytes.saturating_mul(1 << 10).saturating_add(1 << 24)

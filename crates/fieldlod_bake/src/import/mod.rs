@@ -2,8 +2,8 @@
 //!
 //! In: the bytes of a file, and a function that reads the files beside it. Out: an [`Import`].
 //!
-//! Positions and triangles are those of Bevy's own loader, bit for bit and in the same order. A hierarchy that is baked
-//! from a file therefore fits the mesh that Bevy draws:
+//! Positions and triangles equal the result of Bevy's own loader, bit for bit and in the same order. A hierarchy that
+//! is baked from a file therefore fits the mesh that Bevy draws:
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;
@@ -11,13 +11,13 @@
 //! - attributes in formats that Bevy drops are dropped.
 //!
 //! Bevy 0.19 does not read quantized positions (`KHR_mesh_quantization`). They become floating-point numbers in the
-//! quantized units of the mesh, which the transform of the node undoes. Nor does it read buffer views compressed by
-//! `EXT_meshopt_compression` or `KHR_meshopt_compression`, which are decoded. Draco compression is an error.
+//! quantized units of the mesh, which the transform of the node undoes. Bevy does not read buffer views compressed by
+//! `EXT_meshopt_compression` or `KHR_meshopt_compression` either. They are decoded. Draco compression is an error.
 //!
 //! Base colours and alpha of materials become the [`Surface`](crate::Surface) of a mesh, with textures in PNG or JPEG.
 //!
-//! Strips and fans become lists, wound as the glTF specification defines. Every range is checked before it is read, and no
-//! file causes a panic.
+//! Strips and fans become lists, wound as the glTF specification defines. Every range is checked before it is read, and
+//! no file causes a panic.
 
 mod accessor;
 mod buffers;
@@ -56,9 +56,10 @@ pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync
 /// The contents of a file that a bake uses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
-    /// The primitives that can have levels of detail, in the order of the file. Skinned and morphed ones have a rig.
+    /// The primitives that can have levels of detail, in the order of the file. Skinned and morphed primitives have a
+    /// rig.
     pub primitives: Vec<ImportedPrimitive>,
-    /// The primitives that cannot, and why.
+    /// The primitives that cannot have levels of detail, and why.
     pub skipped: Vec<Skipped>,
     /// Images that could not be read. Primitives with them have no surface.
     pub unread_images: Vec<UnreadImage>,
@@ -66,7 +67,7 @@ pub struct Import {
     pub skins: Vec<Skin>,
     /// All nodes.
     pub nodes: Vec<Node>,
-    /// The animations. Faulty ones are left out.
+    /// The animations. Faulty animations are left out.
     pub clips: Vec<Clip>,
     /// For each mesh of the file, a number that meshes with the same global transform share.
     pub(crate) space_of_mesh: Vec<u32>,
@@ -134,9 +135,9 @@ fn nodes_by_name(nodes: &[Node]) -> HashMap<&str, Vec<u32>> {
 pub struct ImportedPrimitive {
     /// Its place in the file.
     pub place: PrimitivePlace,
-    /// Its triangles and the vertices that they use, in the order of the file. The mesh is valid.
+    /// The triangles of the primitive and the vertices that they use, in the order of the file. The mesh is valid.
     pub mesh: SourceMesh,
-    /// Its skin and morph targets, with one value per vertex of `mesh`.
+    /// The skin and morph targets, with one value per vertex of `mesh`.
     pub rig: Option<Rig>,
 }
 
@@ -193,7 +194,7 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
     Ok(import)
 }
 
-/// Adds all primitives to an import. Returns the materials of those that are not skipped.
+/// Adds all primitives to an import. Returns the materials of primitives that are not skipped.
 fn read_primitives(
     import: &mut Import,
     document: &Document,

@@ -121,8 +121,8 @@ impl Reader<'_> {
         })
     }
 
-    /// The vectors of an attribute; none if it is missing or in a format that is not read. A missing fourth component is 1,
-    /// the alpha of an opaque colour.
+    /// The vectors of an attribute; none if it is missing or in a format that is not read. A missing fourth component
+    /// is 1, the alpha of an opaque colour.
     fn vectors<const N: usize>(
         &self,
         semantic: &Semantic,

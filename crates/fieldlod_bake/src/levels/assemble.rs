@@ -55,13 +55,13 @@ fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
     let mut list = VertexList::default();
     let mut indices = Vec::new();
     for cluster in &unit.clusters {
-        // Both vertex lists are in the order of first use.
+        // `own` and `list` both hold vertices in the order of first use.
         let (own, corners) = meshopt::clod_local_indices(cluster);
         let own_slots = own.iter().map(|&vertex| list.slot_of(vertex));
         let slots: Vec<u16> = own_slots.collect();
         indices.extend(corners.iter().map(|&corner| slots[usize::from(corner)]));
     }
-    // Each triangle starts with its smallest index, which needs fewer bytes in files.
+    // Rotate each triangle so that its smallest index is first. Files are then smaller.
     for triangle in indices.as_chunks_mut::<3>().0 {
         let first = (0..3).min_by_key(|&corner| triangle[corner]);
         triangle.rotate_left(first.unwrap_or(0));

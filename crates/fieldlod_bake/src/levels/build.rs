@@ -20,7 +20,7 @@ const GROWTH: usize = 4;
 const STALLED_ABOVE: f32 = 0.98;
 
 /// Builds the levels of `mesh`, and measures the deviation of each group from it. Finer groups come before coarser
-/// ones. The last group is terminal and contains the remaining triangles.
+/// groups. The last group is terminal and contains the remaining triangles.
 ///
 /// `on_triangles` gets the number of triangles that each group consumed. The mesh must be valid, because meshoptimizer
 /// does not check it.

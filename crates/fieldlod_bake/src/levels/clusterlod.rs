@@ -18,8 +18,8 @@ const NORMAL_WEIGHT: f32 = 0.5;
 
 /// Builds the hierarchy of clusterlod alone, as a baseline for levels.
 ///
-/// `config` sets the size of clusters and groups; everything else is clusterlod's default. Vertices are those of the
-/// mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors are
+/// `config` sets the size of clusters and groups; everything else is clusterlod's default. Vertices are the vertices of
+/// the mesh. A group that clusterlod cannot simplify stays terminal, and cuts may be open beside it. Errors are
 /// clusterlod's; deviations are not measured.
 ///
 /// # Errors

@@ -18,7 +18,7 @@ pub(crate) struct RawGroup {
     /// At least the deviation of each finer group; infinite if deviations are not measured.
     pub(crate) deviation_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
-    /// Vertices that its simplification created.
+    /// Vertices that the group's simplification created.
     pub(crate) made: Range<u32>,
 }
 

@@ -58,6 +58,6 @@ fn borders_of(mesh: &SourceMesh) -> Vec<bool> {
 }
 
 fn bits(position: Vec3) -> [u32; 3] {
-    // Adding zero turns -0 into 0.
+    // Adding zero turns −0 into +0, so that both have the same bits.
     (position + Vec3::ZERO).to_array().map(f32::to_bits)
 }

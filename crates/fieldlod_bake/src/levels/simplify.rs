@@ -118,7 +118,7 @@ impl Task<'_> {
         }
         simplified.least_deviation_in_scaled = self.longest_torn_edge(&simplified);
         if method == Method::Sloppy {
-            // Its error contains positions only.
+            // The error of `Sloppy` contains positions only.
             simplified.error_in_scaled = simplified
                 .error_in_scaled
                 .max(simplified.least_deviation_in_scaled);
@@ -317,9 +317,9 @@ impl Task<'_> {
         }
     }
 
-    /// Length of the longest edge of a triangle that the piece does not have, if textures may be torn; otherwise 0. With
-    /// it as a lower bound for the deviation, a guarantee draws torn triangles only where they are smaller than the
-    /// allowed deviation.
+    /// Length of the longest edge of a triangle that the piece does not have, if textures may be torn; otherwise 0.
+    /// With it as a lower bound for the deviation, a guarantee draws torn triangles only where they are smaller than
+    /// the allowed deviation.
     fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
         let tears = matches!(simplified.method, Method::Torn | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {

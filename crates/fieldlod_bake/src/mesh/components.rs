@@ -53,14 +53,14 @@ impl Component {
 }
 
 /// Splits triangles into connected components, in the order of their first triangles. Vertices at the same position are
-/// connected; `same_position` holds the first of them.
+/// connected; `same_position` holds the first vertex at each position.
 pub(crate) fn components_of(
     corners: &[u32],
     positions: &[[f32; 3]],
     same_position: &[u32],
     is_locked: &[bool],
 ) -> Vec<Component> {
-    // Union-find: each vertex links to a smaller one of its component or to itself.
+    // Union-find: each vertex links to a smaller vertex of its component or to itself.
     let mut leads_to = same_position.to_vec();
     let (triangles, _) = corners.as_chunks::<3>();
     for &[a, b, c] in triangles {
@@ -89,7 +89,7 @@ pub(crate) fn components_of(
     components
 }
 
-/// The vertex that a vertex leads to in the end.
+/// The representative vertex of a component.
 pub(crate) fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
     while leads_to[vertex as usize] != vertex {
         let next = leads_to[vertex as usize];

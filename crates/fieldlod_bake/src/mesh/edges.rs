@@ -1,4 +1,4 @@
-//! Open edges: edges that triangles do not use equally often in both directions.
+//! Open edges: edges that triangles use more often in one direction than in the other.
 //!
 //! The edges opposite to a vertex form closed loops unless one of its own edges is open. Each opposite edge adds the
 //! hash of its start and subtracts the hash of its end. The sum is zero for closed loops.

@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::mesh::surface::Surface;
 
-/// Limit for coordinates: squares of larger ones would overflow `f32`.
+/// Limit for coordinates: squares of larger coordinates would overflow `f32`.
 pub const MAX_COORDINATE: f32 = 1e18;
 
 /// A triangle mesh in its local space. It dereferences to its [`Vertices`].

@@ -201,7 +201,7 @@ impl Surface {
         mips.map(|mip| (mip.size, &*mip.texels))
     }
 
-    /// Mapping of the texture; `None` without one.
+    /// Mapping of the texture; `None` without a texture.
     #[must_use]
     pub fn mapping(&self) -> Option<TextureMapping> {
         self.texture.as_ref().map(|texture| texture.mapping)

@@ -19,7 +19,7 @@ use crate::mesh::surfaces::Surfaces;
 const PLACE_TOLERANCE: f32 = 2e-5;
 /// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;
-/// Upper limit for both tolerances, as a share of the local edge length: larger ones would visibly shorten edges.
+/// Upper limit for both tolerances, as a share of the local edge length: larger tolerances would visibly shorten edges.
 const MAX_EDGE_SHARE: f32 = 1e-3;
 /// Texture coordinates of one corner: half a texel of a texture of 2,048.
 pub(crate) const SAME_UV: f32 = 1.0 / 4096.0;

@@ -85,7 +85,7 @@ impl<'a> Compact<'a> {
         of_whole
     }
 
-    /// Converts the hierarchy of the compact mesh to one of the whole mesh.
+    /// Converts the hierarchy of the compact mesh to a hierarchy of the whole mesh.
     pub(crate) fn of_whole(&self, compact: Hierarchy) -> Hierarchy {
         match &self.used {
             Some(used) => Hierarchy {

@@ -2,7 +2,7 @@
 //!
 //! The deviation of a crown is the deviation of its worst leaf, but a viewer notices outline, light and colours. Each
 //! level is therefore drawn beside the source from [`DIRECTIONS`] directions. The mesh has a radius of [`LARGEST_PX`]
-//! in the largest picture, and each other picture is half as large as the last.
+//! in the largest picture, and each other picture is half as large as the previous picture.
 //!
 //! Pictures are compared as FLIP does in its first two steps: encoded, then blurred (P. Andersson et al., FLIP: A
 //! Difference Evaluator for Alternating Images, HPG 2020). Differences are relative to the detail of the source's
@@ -47,7 +47,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
         let seen = error_at_radius(radius, good_until_px);
         let simplifier_error =
             hierarchy.largest_below(cut.group_level, |group| group.error_in_local);
-        // If a level looks right even in the largest picture, the simplifier's error may be the smaller one.
+        // If a level looks right even in the largest picture, the simplifier's error may be smaller.
         let is_good_at_every_size = good_until_px >= LARGEST_PX;
         errors[cut.group_level as usize] = if is_good_at_every_size {
             seen.min(simplifier_error)
@@ -81,7 +81,7 @@ struct Squares {
     covered: f32,
 }
 
-/// Differences of each cut from the first one, relative to the detail of the first: a root mean square over all
+/// Differences of each cut from the first cut, relative to the detail of the first cut: a root mean square over all
 /// directions. Sizes come largest first.
 fn differences(
     hierarchy: &Hierarchy,

@@ -198,12 +198,13 @@ impl Coverage {
 /// How the covered area of a level responds to the gain of its elements.
 #[derive(Default)]
 pub(crate) struct Response {
-    /// The last gain, and the wanted area divided by the area covered with it.
+    /// The previous gain, and the wanted area divided by the area covered with that gain.
     last: Option<[f32; 2]>,
 }
 
 impl Response {
-    /// Returns the factor for the next gain. The last `gain` gave the ratio `wanted_ratio` of wanted to covered area.
+    /// Returns the factor for the next gain. The previous `gain` gave the ratio `wanted_ratio` of wanted to covered
+    /// area.
     pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
         let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
             (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
@@ -241,7 +242,7 @@ fn surface_of(vertex: u32, vertices: &LevelVertices) -> Option<&Surface> {
 pub(crate) struct Drawn {
     /// Three own vertices for each triangle.
     corners: Vec<u32>,
-    /// For each own vertex, its index in `LevelVertices` or that of the vertex it was moved from.
+    /// For each own vertex, its index in `LevelVertices`, or the index of the vertex that it was moved from.
     vertices: Vec<u32>,
     positions: Vec<[f32; 3]>,
     /// A row of attributes for each own vertex.

@@ -3,7 +3,7 @@
 use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
-/// Number of elements that are searched in each direction along the curve. The nearest one may lie outside.
+/// Number of elements that are searched in each direction along the curve. The nearest element may lie outside.
 const MAX_STEPS: usize = 24;
 const NONE: u32 = u32::MAX;
 

@@ -15,7 +15,7 @@ use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
 /// Exponent for the growth of an element that replaces another. The base is the visible pixels of both, divided by its
-/// own. It is below 1, because large leaves look worse than a few missing ones; [coverage](crate::plants::coverage)
+/// own. It is below 1, because large leaves look worse than a few missing leaves; [coverage](crate::plants::coverage)
 /// adds growth if needed.
 const GROWTH: f32 = 0.6;
 /// Limit for the growth in one replacement.
@@ -95,7 +95,7 @@ impl Task<'_> {
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
-    /// Grows an element, and mixes its attributes, to replace a pruned one.
+    /// Grows an element, and mixes its attributes, to replace a pruned element.
     fn replace_pruned(
         &self,
         simplified: &mut Simplified,

@@ -121,7 +121,7 @@ impl Model<'_> {
         clear.iter().map(|clear| 1.0 - clear).sum()
     }
 
-    /// Number of pixels in which each triangle is visible. Opacities are those of [`Self::covered`].
+    /// Number of pixels in which each triangle is visible. Opacities are the same as in [`Self::covered`].
     pub(crate) fn visible_px(
         &self,
         triangles: &[[u32; 3]],
@@ -235,7 +235,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a pixel unless a nearer one is drawn or `color` returns `None`.
+    /// Draws a pixel unless a nearer pixel is drawn or `color` returns `None`.
     fn draw(&mut self, index: usize, near: f32, color: impl FnOnce() -> Option<Vec3>) {
         if near > self.nearness[index]
             && let Some(color) = color()

@@ -143,7 +143,7 @@ impl<'a> Plant<'a> {
         simplified
     }
 
-    /// Measures the finished level, and sets the gain of the next one.
+    /// Measures the finished level, and sets the gain of the next level.
     pub(crate) fn end_level(
         &mut self,
         has_elements: bool,
@@ -177,7 +177,7 @@ fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     if removed <= 0.0 {
         return config.simplify_ratio;
     }
-    // A larger `simplify_ratio` gives more levels; a smaller one has no effect here.
+    // A larger `simplify_ratio` gives more levels; a smaller ratio has no effect here.
     let wanted = config.simplify_ratio;
     let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
     let most = most.max(wanted);

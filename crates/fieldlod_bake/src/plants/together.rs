@@ -29,14 +29,14 @@ const OFFSET: f32 = 1.0 / (1 << 22) as f32;
 
 /// A mesh keeps its shared vertices at all levels only if they are at most this share of its triangles. Coarse levels
 /// have about one triangle per kept vertex. The border vertices of a tile of 64 × 64 cells are 0.03 of its triangles.
-/// Those between the materials of a hard-edged scene are 0.15.
+/// The border vertices between the materials of a hard-edged scene are 0.15.
 const MAX_KEPT_VERTICES: f32 = 0.05;
 
 /// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
 /// separately.
 ///
-/// Small meshes that all meet others at open borders are also baked together, in any number. Larger meshes keep the
-/// vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
+/// Small meshes that all meet other meshes at open borders are also baked together, in any number. Larger meshes keep
+/// the vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
@@ -84,7 +84,7 @@ pub(crate) fn bake_together_with_progress(
     meshes.par_iter().enumerate().map(bake_separately).collect()
 }
 
-/// The vertices to keep; none if they are too many, because coarse levels would consist of them.
+/// The vertices to keep; none if there are too many, because coarse levels would consist of kept vertices.
 fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
     let count = kept.iter().filter(|kept| **kept).count();
     if count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
@@ -113,7 +113,7 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
     is_aggregate(&mesh, &Topology::of(&mesh, &parts).place)
 }
 
-/// Whether each mesh meets another one.
+/// Whether each mesh meets another mesh.
 fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
     meshes.len() > 1
         && kept.iter().all(|kept| kept.contains(&true))
@@ -208,7 +208,7 @@ fn bake_joined(
     let parts: Vec<Part<'_>> = parts
         .map(|(mesh, range)| Part::of(mesh, range, &whole))
         .collect();
-    // All meshes get the deviations of the worst one, so that they change levels together.
+    // All meshes get the deviations of the worst mesh, so that they change levels together.
     let deviations = deviations(&parts, &whole, config);
     let with_report = |part: Part<'_>| {
         let hierarchy = part.hierarchy(&whole, &deviations)?;
@@ -231,7 +231,7 @@ fn unify_mean_normals(whole: &mut Hierarchy) {
     }
 }
 
-/// For each level of the joined mesh, the largest deviation of any mesh at this level or a finer one.
+/// For each level of the joined mesh, the largest deviation of any mesh at this level or a finer level.
 fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec<f32> {
     let mut deviations = vec![0.0f32; whole.groups.len()];
     if !config.measure_deviation {
@@ -289,7 +289,7 @@ impl<'a> Part<'a> {
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
             let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
-            // If no triangles of a mesh are left, it keeps its last level.
+            // If no triangles of a mesh are left, it keeps its previous level.
             if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {
                     *own_of

@@ -1,4 +1,4 @@
-//! Random cuts: holes, overlaps and flipped triangles.
+//! Checks random cuts for holes, overlaps and flipped triangles.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,7 +12,8 @@ use crate::mesh::triangle_tree::TriangleTree;
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
-/// Components with at most this many triangles may come from several groups. Each group may have removed a part of them.
+/// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
+/// component.
 const SMALL_ELEMENT: usize = 16;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
@@ -38,7 +39,7 @@ fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
     }
 }
 
-/// Number of different triangles that two lists do not have equally often, in any order and from any corner.
+/// Counts the triangles that one list has more often than the other. Order and first corner do not matter.
 pub(crate) fn differing_triangles(
     a: impl Iterator<Item = [u32; 3]>,
     b: impl Iterator<Item = [u32; 3]>,
@@ -140,8 +141,8 @@ impl<'a> Source<'a> {
         Ok(share)
     }
 
-    /// Number of open edges that are no border of an element. An element is a component that one group made, or a small
-    /// one of several groups. If the source has borders, an element may have moved with its border; samples check how far.
+    /// Counts open edges outside elements. An element is a component that one group made, or a small component of
+    /// several groups. If the source has borders, an element may have moved with its border; samples check how far.
     fn count_cracks(&self, open: &[(u32, u32)], drawn: &[usize]) -> usize {
         if self.border.is_empty() {
             return open.len();
@@ -207,7 +208,7 @@ fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
     let tree = TriangleTree::new(corners);
     let units = subject.hierarchy.units.par_iter();
     let facings = units.map(|unit| {
-        // Without a measured deviation, the error is the distance.
+        // If no deviation was measured, the group's error is the search distance.
         let stated = subject.deviation_in_scaled(unit.producer());
         let deviation = match unit.producer() {
             Some(group) if stated == f32::INFINITY => {
@@ -235,21 +236,23 @@ fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
     facings.collect()
 }
 
-/// Twice as long as the triangle has area.
+/// The normal of the triangle. Its length is twice the area.
 fn area_vector(corners: [Vec3; 3]) -> DVec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
     (b - a).cross(c - a)
 }
 
-/// The smallest rotation of a triangle. Starting at the smallest vertex is not enough if a vertex occurs twice.
+/// The smallest of the three rotations of a triangle's corners. The smallest vertex alone does not determine it if a
+/// vertex occurs twice.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, b, c].min([b, c, a]).min([c, a, b])
 }
 
-/// For each vertex, the first at its position. `place` is that of source vertices, with a tolerance.
+/// For each vertex, the first vertex at its position. `place` has the first vertex at the place of each source vertex,
+/// with a tolerance.
 fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
     let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
-    // Adding zero merges the two zeros.
+    // Adding zero turns −0 into +0, so that both have the same bits.
     let bits = |p: &Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
     let vertices = positions.iter().enumerate();
     vertices
@@ -260,7 +263,7 @@ fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
         .collect()
 }
 
-/// Edges between welded vertices that triangles do not use equally often in both directions.
+/// Edges that triangles use more often in one direction than in the other. Vertices are welded.
 fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
     // Every edge of every triangle, with its direction.
     let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(triangles.len() * 3);

@@ -25,7 +25,7 @@ pub fn verify(
     hierarchy: &Hierarchy,
     settings: &VerifySettings,
 ) -> Result<Verified, VerifyError> {
-    // The other checks rely on these.
+    // The other checks rely on the invariants.
     let compact = Compact::of(mesh)?;
     hierarchy.validate()?;
     if hierarchy.source != mesh.source_hash() {

@@ -11,15 +11,15 @@ use super::report::{Verified, VerifyError};
 use super::subject::Subject;
 use crate::plants::picture::Raster;
 
-/// Sides of pictures in pixels. Smaller pictures show only silhouettes, which may be off by a pixel or two. Larger ones cost
-/// more, and show no more missing surfaces.
+/// Sides of pictures in pixels. Smaller pictures show only silhouettes, which may be off by a pixel or two. Larger
+/// pictures cost more, and show no more missing surfaces.
 const LEAST_SIDE: usize = 8;
 const MOST_SIDE: usize = 256;
 /// Empty pixels at each edge of a picture. At least [`AROUND`], so that neighbours exist.
 const MARGIN: usize = 2;
 /// Pixels within this distance must show the same, because a silhouette may move by a pixel or two.
 const AROUND: usize = 2;
-/// With fewer pixels in all six pictures, the share of wrong ones is chance.
+/// With fewer pixels in all six pictures, the share of wrong pixels is chance.
 const FEWEST_PIXELS: usize = 48;
 
 /// Content of a pixel.
@@ -39,7 +39,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
         .iter()
         .map(|&triangle| subject.corners(triangle))
         .collect();
-    // Levels with pictures of the same size share those of the source.
+    // Levels with pictures of the same size share the pictures of the source.
     let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
         .collect();
@@ -152,8 +152,8 @@ fn shown([front, back]: [f32; 2]) -> Shown {
     }
 }
 
-/// The share of wrong pixels of a level, among those with equal pixels around them in the source. In place of a front face
-/// there must be a front face, and in place of a back face any face.
+/// The share of wrong pixels of a level, among those with equal pixels around them in the source. In place of a front
+/// face there must be a front face, and in place of a back face any face.
 fn wrong_share(source: &[[Vec<Shown>; 2]; 3], level: &[[Vec<Shown>; 2]; 3], side: usize) -> f32 {
     let width = side + 2 * MARGIN;
     let (mut whole, mut wrong) = (0usize, 0usize);

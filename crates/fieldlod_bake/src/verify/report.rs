@@ -13,14 +13,14 @@ pub struct VerifySettings {
     /// Points per source triangle and level. Simplified triangles get four times as many, ten times the samples of the
     /// bake. Points are pseudorandom with a fixed seed.
     pub samples_per_triangle: u32,
-    /// Largest number of points per level and direction. Large meshes get fewer per triangle.
+    /// Largest number of points per level and direction. Large meshes get fewer points per triangle.
     pub most_samples: u32,
     /// Share by which a distance may exceed the stated deviation.
     pub tolerance: f32,
     /// Largest share of the area of a cut that may face away from the source.
     pub flipped_area: f32,
-    /// Largest share of the pixels of a level that may be missing or show a back face, in six pictures at the size at which
-    /// the error of the level is one pixel.
+    /// Largest share of the pixels of a level that may be missing or show a back face, in six pictures at the size at
+    /// which the error of the level is one pixel.
     pub wrong_pixels: f32,
 }
 

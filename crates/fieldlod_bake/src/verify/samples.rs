@@ -11,7 +11,7 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
-/// Triangles per parallel task. Fewer cost scheduling time; more leave threads idle at the end.
+/// Triangles per parallel task. Fewer triangles cost scheduling time; more triangles leave threads idle at the end.
 const TRIANGLES_PER_TASK: usize = 512;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
@@ -125,7 +125,7 @@ struct WorstSearch<'a> {
     subject: &'a Subject<'a>,
     tree: &'a TriangleTree,
     drawn: &'a [CutTriangle],
-    /// The result for the last point.
+    /// The result for the previous point.
     last: Option<NearestTriangle>,
     /// The largest share so far.
     worst: f32,
@@ -152,8 +152,8 @@ impl<'a> WorstSearch<'a> {
     }
 
     fn visit(&mut self, point: Vec3) {
-        // A triangle that is near enough ends the search, usually that of the last point. A search for the nearest of
-        // thousands of triangles with a common edge would visit all of them.
+        // A triangle that is near enough ends the search, usually the triangle of the previous point. A search for the
+        // nearest of thousands of triangles with a common edge would visit all of them.
         let stated = self.last.map_or(0.0, |last| self.stated(last));
         let enough = (self.worst * stated + ROUNDING).powi(2);
         self.last = self.tree.near_enough(point, enough, self.last);
@@ -176,7 +176,7 @@ impl<'a> WorstSearch<'a> {
     fn least_share(&self, point: Vec3) -> f32 {
         let point = point.as_dvec3();
         let shares = self.drawn.iter().map(|triangle| {
-            // In double precision, because rounding errors of needles are larger than those of points.
+            // In double precision, because rounding errors of needles are larger than rounding errors of points.
             let corners = self.subject.corners(triangle.corners);
             let distance = exact_distance(point, corners.map(Vec3::as_dvec3));
             share_of_stated(

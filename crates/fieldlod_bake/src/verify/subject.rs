@@ -16,15 +16,15 @@ pub(super) struct Subject<'a> {
     /// Positions of all vertices in scaled units, in which squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
-    /// For each vertex of the source, the first at its position.
+    /// For each vertex of the source, the first vertex at its place.
     pub(super) place: Vec<u32>,
 }
 
 /// A triangle of a cut.
 pub(super) struct CutTriangle {
-    /// The group that simplified it. `None` for source geometry.
+    /// The group that produced the triangle. `None` for source geometry.
     pub(super) produced_by: Option<u32>,
-    /// Indices of its vertices.
+    /// Indices of the triangle's vertices.
     pub(super) corners: [u32; 3],
 }
 

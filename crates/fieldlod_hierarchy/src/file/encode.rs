@@ -57,7 +57,7 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
             assert_eq!(
                 replaced,
                 Ok(()),
-                "source and moved vertices have the same attributes"
+                "source and moved vertices must have the same attributes"
             );
         }
         quantize::with_vertices(source, vertices)
@@ -79,7 +79,7 @@ impl Prepared<'_> {
             .map_or(self.source, |(hierarchy, _)| hierarchy)
     }
 
-    /// The directory entry of a primitive without unused vertices.
+    /// The directory entry of a primitive. The caller sets the number of unused vertices.
     pub(super) fn entry(&self, primitive: &BakedPrimitive, sections: Vec<SectionEntry>) -> Entry {
         let hierarchy = self.hierarchy();
         let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
@@ -104,7 +104,7 @@ impl Prepared<'_> {
         }
     }
 
-    /// Encodes a page: one section with unsimplified units that use the vertices in order.
+    /// Encodes a page as one section. Units of a page have no producer, and use its vertices in order.
     pub(super) fn page(&self, hierarchy: &Hierarchy, rows: &Rows) -> Vec<u8> {
         self.sections(hierarchy, rows, true).0.swap_remove(0)
     }
@@ -143,8 +143,8 @@ impl Prepared<'_> {
     }
 }
 
-/// The groups of each section. The first section holds the terminal groups, so the first N sections
-/// always hold all groups that some cut refines.
+/// The groups of each section. The first section holds the terminal groups. Some cut therefore refines exactly the
+/// groups of the first N sections.
 fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
     let level_count = hierarchy.level_count();
     let mut groups_of_sections = vec![Vec::new(); level_count.max(1) as usize];

@@ -5,7 +5,7 @@ use glam::{Affine3A, Vec3};
 
 use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
 
-/// A sphere around groups, and the largest errors of those that have a simplification.
+/// A sphere around groups, and the largest errors of the groups that have a simplification.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ErrorBounds {
     pub(crate) sphere: Sphere,
@@ -15,7 +15,7 @@ pub(crate) struct ErrorBounds {
 }
 
 impl ErrorBounds {
-    /// The bounds of a group by itself, in its local space.
+    /// The bounds of one group, in local space.
     pub(crate) fn of_group(group: &Group) -> Self {
         // The weight is at most that of a surface that faces the camera, with a silhouette.
         let facing = group.mean_normal.length();
@@ -56,7 +56,7 @@ pub(crate) fn sphere_around(spheres: impl Iterator<Item = Sphere> + Clone) -> Op
     let farthest = |sphere: Sphere| or_infinity(sphere.center.distance(center) + sphere.radius);
     Some(Sphere {
         center,
-        // Rounding may make it smaller.
+        // Rounding may make the radius too small.
         radius: spheres.map(farthest).fold(0.0, f32::max) * 1.0001,
     })
 }
@@ -75,7 +75,7 @@ pub(crate) fn placed_sphere(
     bias: f32,
 ) -> Sphere {
     let center = world_from_local.transform_point3(bounds.sphere.center);
-    // Lengths grow by the largest stretch at most.
+    // Lengths grow at most by the largest stretch.
     let radius = bounds.sphere.radius * largest_stretch;
     if center.is_finite() && radius.is_finite() && bias > 0.0 {
         return Sphere { center, radius };
@@ -83,12 +83,12 @@ pub(crate) fn placed_sphere(
     EVERYWHERE
 }
 
-/// A terminal group has no simplification, and so no error of one.
+/// Returns 0 for a terminal group, because it has no simplification.
 pub(crate) fn simplified(group: &Group, error: f32) -> f32 {
     if group.is_terminal() { 0.0 } else { error }
 }
 
-/// Infinity for NaN, which a maximum would drop.
+/// Returns infinity for NaN, because a maximum would drop NaN.
 pub(crate) fn or_infinity(value: f32) -> f32 {
     if value.is_nan() { f32::INFINITY } else { value }
 }

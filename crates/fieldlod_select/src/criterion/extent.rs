@@ -1,5 +1,5 @@
-//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part: those of
-//! `camera_field`, for one sphere or for eight.
+//! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part. The bounds are the
+//! same as in `camera_field`, for one sphere or for eight.
 
 use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
 
@@ -19,7 +19,8 @@ pub(super) struct SeenSphere<L> {
 }
 
 impl<L: Lane> SeenSphere<L> {
-    /// The distance of the center after a group has moved: the least for greatest errors, or the greatest.
+    /// The distance of the center after a group has moved: the least distance for the largest errors, or the greatest
+    /// distance for the least errors.
     #[inline]
     pub(super) fn reached_distance(&self) -> L {
         self.distance - (self.reach - self.radius)
@@ -33,7 +34,7 @@ pub(super) struct SeenExtent<L: Lane> {
     pub(super) unbounded: L::Mask,
     /// Greatest `1 / cos φ` in the visible part of the sphere.
     pub(super) secant: L,
-    /// Least depth there.
+    /// Least depth in the visible part of the sphere.
     pub(super) depth: L,
 }
 

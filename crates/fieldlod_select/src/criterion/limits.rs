@@ -5,8 +5,8 @@
 //! E ≥ lowest    of the finest refined group
 //! E ≤ highest   of all finer groups
 //! ```
-//! The weights of the criterion depend on the direction; `E` has their least and their greatest value. An instance
-//! between the two is decided by the criterion itself.
+//! The weights of the criterion depend on the direction. `E` is computed with their least and with their greatest
+//! value. The criterion itself decides an instance between the two.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
@@ -31,23 +31,23 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Of instances that have to be decided in each frame.
+    /// Limits of instances that must be decided in each frame.
     pub(crate) const UNKNOWN: Self = Self {
         lowest: f32::NAN,
         highest: f32::NAN,
     };
-    /// Of instances at a forced level.
+    /// Limits of instances at a forced level.
     pub(crate) const FIXED: Self = Self {
         lowest: f32::INFINITY,
         highest: -1.0,
     };
-    /// Of free slots and instances that are not drawn.
+    /// Limits of free slots and of instances that are not drawn.
     pub(crate) const EMPTY: Self = Self {
         lowest: f32::INFINITY,
         highest: -2.0,
     };
 
-    /// The same in the world, where errors grow by `[least, most]`.
+    /// The limits in the world. Errors grow by a factor between `least` and `most`.
     pub(crate) fn scaled(self, [least, most]: [f32; 2]) -> Self {
         Self {
             lowest: self.lowest * least,
@@ -56,11 +56,13 @@ impl Limits {
     }
 }
 
-/// The errors of all levels of a mesh that is drawn as a whole; of another mesh, those of its coarsest level alone.
+/// The errors of all levels of a mesh that is drawn as a whole. For another mesh, only the errors of its coarsest
+/// level.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LevelErrors {
-    /// The error of each level's group from the directions of the least and the largest weight, and its deviation, eight
-    /// levels to an element. They are finite, so that zero times an error is zero. Those of the last level are not used.
+    /// The error of each level's group from the directions of the least and the largest weight, and its deviation,
+    /// eight levels to an element. They are finite, so that zero times an error is zero. The errors of the last level
+    /// are not used.
     least: Vec<[f32; LANES]>,
     most: Vec<[f32; LANES]>,
     deviation: Vec<[f32; LANES]>,
@@ -68,7 +70,7 @@ pub(crate) struct LevelErrors {
     finer: Vec<[f32; 2]>,
 }
 
-/// Allowed errors in the world, of groups that were not refined and of those that were.
+/// Allowed errors in the world, of groups that were not refined and of groups that were refined.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Allowed<L> {
     /// A group with at most this error is certainly not refined.
@@ -85,11 +87,11 @@ pub(crate) struct ErrorUnits {
 }
 
 impl ErrorUnits {
-    /// The weight of errors is 1 if they count; otherwise that of deviations is.
+    /// The weight of errors is 1 if errors count; otherwise the weight of deviations is 1.
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
         let px = px_per_unit(camera);
-        // Errors count by the mean of both axes, deviations by the larger one.
+        // Errors count by the mean of both axes, deviations by the larger axis.
         let larger = (px.max_element() / px.min_element()).sqrt();
         let weight = weights.displacement_weight.unwrap_or(0.0);
         if weights.counts_error {
@@ -105,7 +107,7 @@ impl ErrorUnits {
         }
     }
 
-    /// The same with errors that count √`share` times.
+    /// The same weights, with errors that count √`share` times.
     pub(crate) fn hidden_to(self, share: f32) -> Self {
         Self {
             error: self.error * share.sqrt(),
@@ -177,7 +179,7 @@ impl LevelErrors {
 
     /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
     /// neither certainly refined nor certainly not. `scale` is the least and the largest factor of errors in the world,
-    /// `weight` the factors of errors of groups that were not refined and of those that were.
+    /// `weight` the factors of errors of groups that were not refined and of groups that were refined.
     #[inline]
     pub(crate) fn certain_level(
         &self,

@@ -17,7 +17,7 @@ pub(crate) struct AxisBox {
 }
 
 impl AxisBox {
-    /// Around a box of local space.
+    /// The box around a box of local space.
     pub(crate) fn around(local: &LocalBox, linear: &Mat3, origin: Vec3) -> Self {
         let half = local.half_size;
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis].map(Vec3::abs);

@@ -1,5 +1,5 @@
-//! Which instances are drawn into the depth image, and how: large ones by triangles of a coarse level, small ones by
-//! points.
+//! Chooses the instances that are drawn into the depth image. Large instances are drawn by triangles of a coarse level,
+//! small instances by points.
 
 use camera_field::Camera;
 use glam::{Affine3A, Mat3, Vec3};
@@ -14,12 +14,12 @@ use crate::scene::{MeshId, Scene};
 use crate::view::View;
 use crate::view::sides::LensSides;
 
-/// Least radius of an occluder in texels. Smaller ones hide little, and cost as much as larger ones.
+/// Least radius of an occluder in texels. Smaller occluders hide little, and cost as much as larger occluders.
 const LEAST_RADIUS: f32 = 1.0;
-/// Points for each texel of a sphere. Fewer leave gaps in what they hide, more cost in proportion.
+/// Points for each texel of a sphere. Fewer points leave gaps; more points cost time in proportion.
 const POINTS_PER_TEXEL: f32 = 0.5;
-/// Limits for meshes of clusters, such as grounds: near parts hide much, and a coarse ground hides what stands on it, so
-/// they get more triangles.
+/// Limits for meshes of clusters, such as grounds: near parts hide much, and a coarse ground hides what stands on it,
+/// so they get more triangles.
 const IN_PIECES: Fineness = Fineness {
     largest_point_area: 1400.0,
     triangles_per_texel: 0.12,
@@ -30,7 +30,7 @@ const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,
 };
-/// One instance takes at most one part in this number of the remaining budget, so that others can hide too.
+/// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too.
 const SHARE_OF_REST: u32 = 4;
 /// Points that take as long as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 32;
@@ -38,7 +38,7 @@ const POINTS_PER_TRIANGLE: u32 = 32;
 struct Fineness {
     /// Largest area of a sphere in texels at which its instance is drawn by points.
     largest_point_area: f32,
-    /// Most triangles for each texel of a sphere.
+    /// Largest number of triangles for each texel of a sphere.
     triangles_per_texel: f32,
 }
 
@@ -51,7 +51,7 @@ pub(crate) struct OccluderChoice {
     pub(crate) point_count: u32,
 }
 
-/// One instance as it is drawn.
+/// How one instance is drawn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChosenOccluder {
     pub(crate) instance: u32,
@@ -71,7 +71,7 @@ pub(crate) enum DrawnBy {
 pub(crate) struct Candidate {
     pub(crate) instance: u32,
     mesh: MeshId,
-    /// Approximate area of its sphere in texels.
+    /// Approximate area of the instance's sphere in texels.
     area: f32,
 }
 
@@ -83,8 +83,8 @@ pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Ma
 }
 
 impl OccluderChoice {
-    /// Chooses how to draw an instance within the rest of the triangle `budget`, and adds its cost; `None` if the rest is
-    /// too small.
+    /// Chooses how to draw an instance within the rest of the triangle `budget`, and adds its cost; `None` if the rest
+    /// is too small.
     pub(crate) fn choose(
         &mut self,
         scene: &Scene,
@@ -202,7 +202,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Approximate areas in texels of eight occluders; 0 outside the view and for small ones.
+    /// Approximate areas in texels of eight occluders; 0 outside the view and for small occluders.
     #[inline(always)]
     fn areas(&self, center: V3<f32x8>, radius: f32x8, occluder_radius: f32x8) -> f32x8 {
         let zero = f32x8::zero();

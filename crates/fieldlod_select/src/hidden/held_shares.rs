@@ -37,8 +37,8 @@ impl HeldShare {
     }
 }
 
-/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share that
-/// is seen now.
+/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share
+/// that is seen now.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
@@ -46,7 +46,8 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the coarsest.
+    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the
+    /// coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
         self.share.update(now, was_refined, hold_frames);
@@ -57,12 +58,12 @@ impl LevelShare {
         self.share.held == self.now
     }
 
-    /// Shares of finer levels and of refined ones.
+    /// Shares of finer levels and of refined levels.
     pub(crate) fn now_and_held(&self) -> [u8; 2] {
         [self.now, self.share.held]
     }
 
-    /// The steps of all levels, of which those from `refined_from` on are refined.
+    /// The steps of all levels. Levels from `refined_from` on are refined.
     pub(crate) fn steps(&self, refined_from: usize) -> LevelSteps {
         let step = |level: usize| match level < refined_from {
             true => self.now,
@@ -83,7 +84,7 @@ pub(crate) struct ShareMemory {
     held: Vec<[u8; LANES]>,
     /// Whether `held` equals the shares that are seen.
     is_settled: bool,
-    /// The last share, if it was the same for all groups.
+    /// The previous share, if it was the same for all groups.
     last_of_all: Option<u8>,
 }
 
@@ -105,7 +106,7 @@ impl SeenShares<'_> {
 }
 
 impl ShareMemory {
-    /// Forgets all shares; all groups count in full.
+    /// Removes all shares. All groups then count in full.
     pub(crate) fn clear(&mut self) {
         self.held.clear();
         self.is_settled = true;
@@ -138,7 +139,7 @@ impl ShareMemory {
         self.update(seen, &[], 0);
     }
 
-    /// Updates the shares in a new frame; `refined` has the bits of the last cut.
+    /// Updates the shares in a new frame; `refined` has the bits of the previous cut.
     pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
         let of_all = match seen {
             SeenShares::OfAll(share) => Some(*share),

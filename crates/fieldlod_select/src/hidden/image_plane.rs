@@ -103,7 +103,7 @@ impl ImagePlane {
             & depth.is_below(L::infinity())
     }
 
-    /// The texels around a sphere of camera space; `None` if it reaches the camera.
+    /// The texels around a sphere of camera space; `None` if the sphere reaches the camera.
     pub(crate) fn rectangle(&self, center: Vec3, radius: f32) -> Option<Rectangle> {
         let depth = center.z - radius;
         if !(NEAREST..f32::INFINITY).contains(&depth) {

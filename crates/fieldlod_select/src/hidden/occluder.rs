@@ -7,7 +7,8 @@ use super::boxes::{AxisBox, LocalBox};
 use super::image_plane::ImagePlane;
 use super::screen_triangle::Corner;
 
-/// Most triangles of each level of an occluder. More levels cost memory; fewer leave large steps between them.
+/// Largest number of triangles of each level of an occluder. More levels cost memory; fewer levels leave large steps
+/// between them.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
 
 /// One coarse level of a mesh.
@@ -49,7 +50,7 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<OccluderMesh> {
     levels
 }
 
-/// The groups refined in the cut at `group_level`, with their closure.
+/// The groups that the cut at `group_level` refines, and all groups that must be refined with them.
 fn refined_from_level(hierarchy: &Hierarchy, group_level: u32) -> Vec<bool> {
     let is_coarse = |group: &Group| group.level >= group_level;
     let mut refined: Vec<bool> = hierarchy.groups.iter().map(is_coarse).collect();
@@ -107,7 +108,7 @@ impl OccluderPart {
         self.triangles.len() as u32
     }
 
-    /// Its triangles in the image; `corners` is a buffer for its vertices.
+    /// The triangles of the part in the image; `corners` is a buffer for vertices.
     pub(crate) fn placed_triangles<'a>(
         &'a self,
         plane: &ImagePlane,

@@ -11,15 +11,15 @@ use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
 
 /// Radius in texels from which the groups of an instance have shares of their own. A smaller radius costs more samples;
-/// a larger one counts the hidden groups of large instances as visible.
+/// a larger radius counts the hidden groups of large instances as visible.
 const LARGE_RADIUS: f32 = 24.0;
-/// Sample points of an instance as a whole, and of one with less than a texel's radius. Fewer points give coarser steps of
-/// the share, more cost in proportion.
+/// Sample points of a whole instance, and of a whole instance with a radius below [`SMALL_RADIUS`]. Fewer points give
+/// coarser steps of the share; more points cost time in proportion.
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
-/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by rounding;
-/// a larger one sees through thin occluders.
+/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by
+/// rounding; a larger distance sees through thin occluders.
 const SAME_DEPTH: f32 = 1e-3;
 
 /// The points of one instance, as the depth image tests them.
@@ -55,7 +55,7 @@ impl OcclusionBuffer {
         index: u32,
         instance: &Instance,
     ) -> Option<u8> {
-        // Its radius in texels.
+        // The radius of the instance in texels.
         let sphere = &instance.sphere;
         let gap = (sphere.center - self.view.eye_in_world).length() - sphere.radius;
         let radius = self.plane.texels(sphere.radius, gap);
@@ -63,7 +63,7 @@ impl OcclusionBuffer {
         if radius >= LARGE_RADIUS && !table.has_one_place() {
             return None;
         }
-        // An instance does not hide itself here.
+        // The texels of the instance itself hide none of its points.
         let count = if is_small {
             SMALL_SAMPLES
         } else {
@@ -102,7 +102,7 @@ impl OcclusionBuffer {
     }
 
     /// The share of points that are visible; full without points. Texels of the same instance hide only points that are
-    /// farther by more than a `thickness`; without it, they hide none.
+    /// farther by more than a `thickness`; without a `thickness`, they hide no points.
     #[inline(always)]
     fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: Option<f32>) -> u8 {
         let (mut count, mut visible) = (0, 0);

@@ -10,12 +10,12 @@ use crate::lanes::{Lane, V3};
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ScreenTriangle {
-    /// Corners of its bounds.
+    /// Corners of the triangle's bounds.
     min: [f32; 2],
     max: [f32; 2],
-    /// Bounds of its start and end in a row, by each edge.
+    /// Bounds of the triangle's start and end in a row, by each edge.
     ends: [RowEnd; 3],
-    /// Its nearness `a x + b y + c`, and the greatest of its corners.
+    /// The nearness `a x + b y + c` of the triangle, and the greatest nearness of its corners.
     nearness: [f32; 3],
     nearest: f32,
 }
@@ -24,9 +24,9 @@ pub(crate) struct ScreenTriangle {
 #[derive(Clone, Copy, Debug)]
 struct RowEnd {
     slope: f32,
-    /// `−∞` if it is no left end.
+    /// `−∞` if the edge is not a left end.
     left_offset: f32,
-    /// `∞` if it is no right end.
+    /// `∞` if the edge is not a right end.
     right_offset: f32,
 }
 
@@ -59,7 +59,7 @@ impl RowEnd {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
     in_camera: Vec3,
-    /// Texel coordinates and nearness, if it is before the camera.
+    /// Texel coordinates and nearness, if the corner is before the camera.
     in_image: Vec3,
 }
 
@@ -74,8 +74,8 @@ impl Corner {
     }
 }
 
-/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two if
-/// the triangle reaches behind the camera.
+/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two
+/// if the triangle reaches behind the camera.
 #[inline(always)]
 pub(crate) fn parts_in_front(
     plane: &ImagePlane,
@@ -114,7 +114,7 @@ fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
             push(from);
         }
         if is_from_in != is_to_in {
-            // From the inner end, so that both triangles at an edge cut it alike.
+            // Cut from the inner end: both triangles at an edge then cut it at the same point.
             let (inner, outer) = if is_from_in { (from, to) } else { (to, from) };
             let share = (inner.z - nearest) / (inner.z - outer.z);
             push((inner + (outer - inner) * share).with_z(nearest));
@@ -170,7 +170,7 @@ impl ScreenTriangle {
         plane_at(self.nearness, x, y).smaller(L::splat(self.nearest))
     }
 
-    /// The rows with centres in its bounds.
+    /// The rows with centres in the triangle's bounds.
     #[inline(always)]
     pub(crate) fn rows(&self, count: usize) -> Range<usize> {
         centres(self.min[1], self.max[1], count)

@@ -9,7 +9,7 @@ use wide::f32x8;
 use crate::lanes::V3;
 use crate::lanes::bits::LANES;
 
-/// Points of a mesh and of a group. Points of a mesh draw occluders of up to 4,096 texels; those of a group are one
+/// Points of a mesh and of a group. Points of a mesh draw occluders of up to 4,096 texels; points of a group are one
 /// element of lanes.
 pub(crate) const MESH_SAMPLES: u32 = 2048;
 pub(crate) const GROUP_SAMPLES: usize = 8;

@@ -37,7 +37,7 @@ impl Texels {
         &self.nearness[row * self.width..][..self.width]
     }
 
-    /// Keeps the nearer surface. Returns whether that is the new one.
+    /// Keeps the nearer surface. Returns `true` if the new surface is nearer.
     #[inline(always)]
     pub(crate) fn keep_nearer(&mut self, texel: usize, nearness: f32, owner: u32) -> bool {
         let is_nearer = self.nearness[texel] < nearness;
@@ -47,7 +47,7 @@ impl Texels {
         is_nearer
     }
 
-    /// Draws a triangle. Its corners are those of [`ScreenTriangle::new`].
+    /// Draws a triangle. Its corners have texel coordinates and nearness, as in [`ScreenTriangle::new`].
     #[inline]
     pub(crate) fn draw(&mut self, corners: [Vec3; 3], owner: u32) {
         if !is_between_centres(corners, self.width, self.height)

@@ -22,7 +22,7 @@ pub(crate) fn set_bits_of(word: impl Into<u64>) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Whether a bit is set; bits beyond the end are not.
+/// Whether a bit is set; bits beyond the end are not set.
 #[inline]
 pub(crate) fn is_set(words: &[u64], bit: usize) -> bool {
     let word = words.get(bit / CHUNK);

@@ -1,5 +1,5 @@
-//! Spheres of instances in columns, eight to an element, and spheres around 64 consecutive ones. The place of an instance
-//! in the columns is its slot.
+//! Spheres of instances in columns, eight to an element, and spheres around 64 consecutive instances. The place of an
+//! instance in the columns is its slot.
 
 use std::collections::BTreeSet;
 
@@ -20,7 +20,7 @@ pub(crate) struct EightSpheres {
 }
 
 impl EightSpheres {
-    /// Of eight free slots: outside of every view.
+    /// Spheres of eight free slots, outside of every view.
     const NOTHING: Self = Self {
         center: [[0.0; LANES]; 3],
         radius: [NOTHING.radius; LANES],
@@ -67,7 +67,7 @@ pub(crate) struct Occupant {
 }
 
 impl Occupant {
-    /// Of a free slot: on no layer.
+    /// The occupant of a free slot. It is on no layer.
     const NONE: Self = Self {
         id: InstanceId::NONE,
         mesh: MeshId(0),
@@ -86,11 +86,11 @@ impl Occupant {
 pub(crate) struct Columns {
     pub(crate) occupants: Vec<Occupant>,
     pub(crate) spheres: Vec<EightSpheres>,
-    /// Radii of instances that may hide others; 0 of the others.
+    /// Radii of instances that may hide others; 0 for all other instances.
     pub(crate) occluder_radii: Vec<[f32; LANES]>,
     /// The least and the largest factor of errors in the world, biases included.
     pub(crate) error_scales: Vec<[f32; 2]>,
-    /// Around 64 instances each.
+    /// Spheres around 64 instances each.
     pub(crate) chunks: Vec<EightSpheres>,
     /// Chunks whose spheres are not up to date.
     dirty: Vec<u32>,
@@ -106,7 +106,7 @@ pub(crate) struct Row {
 }
 
 impl Columns {
-    /// The lowest free slot, so that instances that are added together take the slots of those that were removed
+    /// The lowest free slot, so that instances that are added together take the slots of instances that were removed
     /// together.
     pub(crate) fn free_slot(&mut self) -> u32 {
         self.free.pop_first().unwrap_or_else(|| {

@@ -1,5 +1,5 @@
 //! The order of instances in columns: instances that are added together follow a Morton curve, so that 64 consecutive
-//! ones are neighbours.
+//! instances are neighbours.
 
 use glam::Vec3;
 

@@ -45,19 +45,20 @@ pub struct GroupTable {
     pub(crate) samples: SurfaceSamples,
     /// Occluders of the mesh, finest first.
     pub(crate) occluders: Vec<OccluderMesh>,
-    /// Groups that consume what a group produces, group by group.
+    /// For each group, the groups that consume its simplification.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
     first_unit: Vec<u32>,
     units: Vec<TableUnit>,
-    /// The groups that may be refined; `None` for all, in a mesh that is not loaded in parts. With a group, all coarser
-    /// ones that consume its simplification are available, so that the refined groups among them make a cut.
+    /// The groups that may be refined; `None` if the mesh is not loaded in parts, and all groups may be refined. If a
+    /// group is available, all coarser groups that consume its simplification are available. The refined groups among
+    /// them therefore make a cut.
     pub(crate) available: Option<Vec<u64>>,
     /// Counts changes of the available groups.
     pub(crate) available_revision: u32,
     /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies the whole mesh.
     is_chain: bool,
-    /// The cut in which only terminal groups and their closure are refined.
+    /// The coarsest cut. It refines only terminal groups and the groups that must be refined with them.
     pub(crate) coarsest_units: Vec<u32>,
     pub(crate) coarsest_refined: Vec<u64>,
     pub(crate) coarsest_triangle_count: u64,
@@ -124,7 +125,7 @@ impl GroupTable {
         self.coarsest_refined = refined;
     }
 
-    /// The groups that a cut at `level` refines, without their closure.
+    /// The groups that a cut at `level` refines, without the groups that must be refined with them.
     pub(crate) fn refine_from_level(&self, level: u32, refined: &mut Vec<u64>) {
         refined.clone_from(&self.terminal);
         for (group, &of_group) in self.levels.iter().enumerate() {

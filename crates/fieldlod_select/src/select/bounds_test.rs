@@ -1,5 +1,5 @@
-//! Conservative tests of eight spheres at once: a sphere passes only if the criterion finds no error above the threshold
-//! in any of its groups.
+//! Conservative tests of eight spheres at once: a sphere passes only if the criterion finds no error above the
+//! threshold in any of its groups.
 //!
 //! # Far enough in any direction
 //! With `S` the secant of the widest corner of the image, the bounds of [`camera_field`] give
@@ -11,7 +11,7 @@
 //! sphere that reaches the camera or holds NaN never passes.
 //!
 //! # Outside
-//! Farther beyond a side of the view than the sphere's radius.
+//! A sphere is outside if its centre is beyond a side of the view by more than its radius.
 
 use camera_field::Camera;
 use wide::f32x8;
@@ -26,11 +26,11 @@ use crate::view::sides::{Planes, Sides, planes_in_camera};
 use crate::view::stretch::least_stretch;
 
 /// Bounds of the rounding of points, relative to their coordinates, and of errors. Smaller values let spheres pass that
-/// the criterion refines, which the tests against the criterion find; larger ones only test more groups.
+/// the criterion refines, which the tests against the criterion find; larger values only test more groups.
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// Bounds of the camera that groups enter, and of the wider one that refined groups leave.
+/// Bounds of the camera that groups enter, and of the wider camera that refined groups leave.
 pub(crate) struct ViewBounds {
     pub(super) entering: CameraBounds,
     pub(super) leaving: CameraBounds,
@@ -74,8 +74,8 @@ impl CameraBounds {
     }
 }
 
-/// The tests of one instance against one threshold. Its numbers are in all lanes already, because to copy them there
-/// costs as much as a test.
+/// The tests of one instance against one threshold. Its numbers are stored in all lanes, because copying them into the
+/// lanes costs as much as a test.
 pub(super) struct BoundsTest {
     is_orthographic: bool,
     eye: V3<f32x8>,
@@ -83,14 +83,14 @@ pub(super) struct BoundsTest {
     deviation_px: Option<f32x8>,
     unevenness: f32x8,
     slack: f32x8,
-    /// In local space, in camera units; `None` if they cannot be used.
+    /// The sides of the view in local space, with distances in camera units; `None` if they cannot be used.
     sides: Option<Sides<f32x8>>,
     camera_per_local: f32x8,
 }
 
 impl BoundsTest {
-    /// For groups within `size` of the local origin that enter or leave the view of a camera, and may move by `drift`
-    /// in it.
+    /// The test of groups within `size` of the local origin that enter or leave the view of a camera, and may move by
+    /// `drift` in it.
     pub(super) fn new(
         instance: &InstanceView,
         size: f32,
@@ -120,7 +120,7 @@ impl BoundsTest {
         }
     }
 
-    /// Which of eight bounds have no error above the threshold.
+    /// The mask of bounds, out of eight, that have no error above the threshold.
     #[inline]
     pub(super) fn passes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
         let far = self.is_far(bounds, element);

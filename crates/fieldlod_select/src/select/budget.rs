@@ -3,16 +3,18 @@
 
 use crate::settings::LodSettings;
 
-/// Share of the budget below which a finer threshold is searched. A larger share changes the threshold in more frames, a
-/// smaller one leaves more of the budget unused.
+/// Share of the budget below which a finer threshold is searched. A larger share changes the threshold in more frames;
+/// a smaller share leaves more of the budget unused.
 const DEAD_BAND_FROM: f64 = 0.95;
-/// Frames after which a search is repeated although the last one could not use more of the budget: groups are refined as
-/// a whole, so the budget may be out of reach for a while. Fewer frames cost a search each, more recover later.
+/// Frames after which a search is repeated although the previous search could not use more of the budget: groups are
+/// refined as a whole, so the budget may be out of reach for a while. Fewer frames cost more searches; more frames use
+/// the budget later.
 const PATIENCE: u32 = 16;
-/// Most selections in one search: enough to bracket any budget and to halve the interval to [`LEAST_STEP`].
+/// Largest number of selections in one search: enough to bracket any budget and to halve the interval to
+/// [`LEAST_STEP`].
 const MOST_TRIES: u32 = 12;
-/// Relative difference at which a search ends, and its first step. A smaller one costs more selections, a larger one
-/// leaves more of the budget unused.
+/// Relative difference at which a search ends, and its first step. A smaller difference costs more selections; a larger
+/// difference leaves more of the budget unused.
 const LEAST_STEP: f32 = 0.02;
 /// First threshold above 0.
 const LEAST_PX: f32 = 1e-3;
@@ -66,7 +68,7 @@ impl BudgetSearch {
             return None;
         }
         self.threshold_px = Some(next_px);
-        // Without hysteresis the triangles depend on the threshold alone, not on those tried before.
+        // Without hysteresis the triangles depend on the threshold alone, not on thresholds that were tried before.
         let mut next = self.settings(settings);
         next.advanced.hysteresis = 1.0;
         Some(next)
@@ -98,7 +100,8 @@ impl BudgetSearch {
         if is_kept && (is_used_up || used_px <= finest_px || is_last) {
             return used_px;
         }
-        // Because of the hysteresis at the edges of the view, a threshold that fits may exceed the budget in another try.
+        // Because of the hysteresis at the edges of the view, a threshold that fits may exceed the budget in another
+        // try.
         let beyond = |other: &f32| {
             if is_kept {
                 *other < used_px

@@ -10,9 +10,9 @@ use crate::scene::{InstanceId, Scene};
 pub struct Change<'a> {
     /// The instance.
     pub instance: InstanceId,
-    /// Units drawn now and not before, ascending.
+    /// Units that are drawn now and were not drawn before, ascending.
     pub entered: &'a [u32],
-    /// Units drawn before and not now, ascending.
+    /// Units that were drawn before and are not drawn now, ascending.
     pub left: &'a [u32],
 }
 
@@ -28,7 +28,7 @@ struct RawChange {
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
     all: Vec<RawChange>,
-    /// The units of all changes. The first are 0, 1, 2 …, which serve all changes from one unit to another.
+    /// The units of all changes. The first units are 0, 1, 2 …; all changes from one unit to another use these.
     units: Vec<u32>,
     /// The coarsest units of all meshes, after a first frame: its changes are not listed, because they equal the cuts.
     coarsest: Option<Vec<Vec<u32>>>,
@@ -88,7 +88,7 @@ impl Changes {
         }
     }
 
-    /// Appends the numbers of one ascending list that are not in another one.
+    /// Appends the numbers of one ascending list that are not in another ascending list.
     fn append_difference(&mut self, list: &[u32], other: &[u32]) -> Range<u32> {
         let first = self.units.len() as u32;
         let mut other = other.iter().peekable();

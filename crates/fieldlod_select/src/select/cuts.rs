@@ -18,7 +18,7 @@ use crate::scene::{InstanceId, Scene};
 pub struct Statistics {
     /// Instances whose levels or groups were decided.
     pub instances_decided: usize,
-    /// Further thresholds that were tried to fit the triangle budget; each is a selection.
+    /// How many more thresholds the search tried for the triangle budget. Each try runs one selection.
     pub budget_tries: usize,
 }
 
@@ -30,7 +30,7 @@ pub(crate) struct SceneCuts {
     pub(super) journal_revision: u64,
     pub(super) pool: Pool,
     pub(crate) odometer: Odometer,
-    /// Buffer for the tests of holds: bits of groups.
+    /// Reused buffer: one bit per group, the result of a hold test.
     pub(super) own_throughout: Vec<u64>,
     pub(crate) visible: VisibleShares,
     /// Visible shares of meshes that are drawn as a whole, by slot; empty without visible flux.
@@ -43,7 +43,7 @@ pub(crate) struct SceneCuts {
 }
 
 impl SceneCuts {
-    /// Starts a selection without changes.
+    /// Clears the changes and counters before a selection.
     pub(crate) fn begin(&mut self) {
         self.changes.clear();
         self.statistics = Statistics::default();
@@ -68,7 +68,7 @@ impl SceneCuts {
         self.level_shares.resize(count, LevelShare::default());
     }
 
-    /// One pass over all instances: decides those that do not certainly keep their cuts.
+    /// Tests all instances, and decides those whose cut may change.
     pub(crate) fn decide_near(&mut self, frame: &Frame) {
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
@@ -129,7 +129,7 @@ impl SceneCuts {
         }
     }
 
-    /// Changes of the last selection. After a first frame they are the cuts of all instances.
+    /// Changes of the last selection. After the first frame, these are the cuts of all instances.
     pub(crate) fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         let coarsest = self.changes.coarsest_units();
         let memories = coarsest.map_or(&[][..], |_| &self.memories);
@@ -159,7 +159,7 @@ impl SceneCuts {
         }
     }
 
-    /// The cut of an instance, if it has one of its own.
+    /// The cut of an instance that is drawn group by group; `None` for other instances.
     pub(crate) fn cut(&self, slot: usize) -> Option<&InstanceCut> {
         match self.memories.get(slot)?.state {
             InstanceState::Mixed(key) => Some(self.pool.at(key)),

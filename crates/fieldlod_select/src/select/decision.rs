@@ -1,5 +1,5 @@
-//! Which groups of an instance exceed the threshold: by bounds of 64 and of eight groups first, then by the criterion,
-//! always eight at a time.
+//! Finds the groups of an instance that exceed the threshold, eight at a time: by bounds of 64 and of eight groups
+//! first, then by the criterion.
 
 use std::cell::OnceCell;
 
@@ -14,10 +14,11 @@ use crate::scene::table::GroupTable;
 use crate::settings::{LodSettings, Thresholds};
 use crate::view::InstanceView;
 
-/// Sets the bits of groups whose own error exceeds the threshold, and of terminal groups, 64 to a word. `was_refined` has
-/// the bits of the last cut. The closure of the bits makes the cut.
+/// Sets the bits of groups whose own error exceeds the threshold, and of terminal groups, 64 to a word. `was_refined`
+/// has the bits of the previous cut. The new cut refines the groups of the set bits, and all groups that must be
+/// refined with them.
 ///
-/// The bits equal those by [`group_error_px`](crate::group_error_px) of every group.
+/// The bits equal the decisions by [`group_error_px`](crate::group_error_px) of every group.
 pub fn refine(
     table: &GroupTable,
     instance: &InstanceView,
@@ -39,9 +40,9 @@ pub(crate) struct Decision<'a> {
     shares: Shares<'a>,
     /// How far groups may move in camera space while the decisions hold.
     drift: f32,
-    /// Made when first used.
+    /// The test of groups that were not refined, made on first use.
     entering: OnceCell<BoundsTest>,
-    /// For groups that were refined.
+    /// The test of groups that were refined, made on first use.
     leaving: OnceCell<BoundsTest>,
 }
 
@@ -66,12 +67,12 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Decisions that hold while groups move by `drift`: a refined group exceeds the threshold if it does so throughout,
-    /// another one if it may do so.
+    /// Decisions that hold while groups move by `drift`: a refined group exceeds the threshold if it does so during the
+    /// whole motion. Another group exceeds it if it may do so at any time.
     pub(crate) fn throughout(mut self, drift: Drift) -> Self {
         self.drift = drift.distance;
         self.criterion.drift = Some(drift);
-        // By more than rounding.
+        // A margin that is larger than rounding.
         self.thresholds.refine_above_px *= 0.999;
         self.thresholds.coarsen_below_px *= 1.001;
         self

@@ -1,4 +1,4 @@
-//! Which groups a view needs, of meshes that are loaded in parts.
+//! Finds the groups that a view needs, of meshes that are loaded in parts.
 
 use wide::f32x8;
 
@@ -21,7 +21,7 @@ pub struct GroupDemand {
     /// The group's index in its hierarchy.
     pub group: u32,
     /// The error in pixels of its simplification, if the group is not [available](Scene::set_available). Errors of
-    /// coarser groups are no smaller.
+    /// coarser groups are equal or larger.
     pub missing_px: Option<f32>,
 }
 
@@ -66,7 +66,7 @@ fn visit_cut(
         let refined = bits(cut.refined());
         let needed = refined & !bits(&table.coarsest_refined);
         let missing = needed & !table.available.as_deref().map_or(0xff, bits);
-        // Errors only if some groups are missing.
+        // Errors are computed only if some groups are missing.
         let errors = (missing != 0).then(|| {
             let input = table.criterion_input(block, shares);
             criterion.error_px(&input, mask_of(refined)).to_array()

@@ -50,7 +50,7 @@ impl<'a> Frame<'a> {
         self.last.is_none()
     }
 
-    /// Whether instances may keep their states. After other changes each is decided again.
+    /// Whether instances may keep their states. After other changes each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
             let settings = &input.settings;
@@ -68,7 +68,7 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Everything that a cut depends on, except the last cut.
+/// Everything that a cut depends on, except the previous cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Input {
     pub(crate) view: View,

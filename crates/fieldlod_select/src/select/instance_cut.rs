@@ -1,4 +1,4 @@
-//! The cut of one instance that is decided group by group, in storage that is reused.
+//! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
 use super::motion::Hold;
 use crate::hidden::held_shares::{SeenShares, ShareMemory};
@@ -6,25 +6,25 @@ use crate::scene::table::GroupTable;
 
 #[derive(Debug, Default)]
 pub(crate) struct InstanceCut {
-    /// Bits of groups whose own errors exceed their thresholds, now and in the last frame.
+    /// Bits of groups whose own errors exceed their thresholds, in this decision and in the previous one.
     own: Vec<u64>,
     own_before: Vec<u64>,
-    /// The closure of those.
+    /// The groups of `own`, and all groups that must be refined with them.
     refined: Vec<u64>,
     refined_before: Vec<u64>,
-    /// Refined groups that are available, if not all are.
+    /// The refined groups that are available. Used only if some groups are not available.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
     units_before: Vec<u32>,
     triangle_count: u64,
     shares: ShareMemory,
-    /// The motion of the camera within which the cut stays.
+    /// How far the camera may move before the cut must be tested again.
     pub(crate) hold: Option<Hold>,
 }
 
 impl InstanceCut {
-    /// Starts from the units and triangles drawn so far: those of `level`, or of the coarsest level.
+    /// Starts from the units and triangles that are drawn: the units of `level`, or of the coarsest level.
     pub(crate) fn begin(
         &mut self,
         table: &GroupTable,
@@ -47,7 +47,7 @@ impl InstanceCut {
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
 
-    /// Decides the next cut of the same instance. Returns whether other units are drawn.
+    /// Decides the next cut of the same instance. Returns `false` if the drawn units stay the same.
     pub(crate) fn decide(
         &mut self,
         table: &GroupTable,
@@ -110,8 +110,8 @@ impl InstanceCut {
         &self.refined
     }
 
-    /// Whether these decisions make the same cut: all groups that exceeded their thresholds still do, and none outside
-    /// the closure does.
+    /// Returns `true` if the cut stays the same with the decisions `own`. Groups of the stored `own` still exceed their
+    /// thresholds. Groups outside `refined` do not.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
         let words = own.iter().zip(&self.own).zip(&self.refined);
         words.fold(true, |is_same, ((now, own), refined)| {
@@ -124,7 +124,7 @@ impl InstanceCut {
         (&self.units, self.triangle_count)
     }
 
-    /// The units drawn before the last decision that drew others.
+    /// The units that were drawn before the drawn units last changed.
     pub(crate) fn drawn_before(&self) -> &[u32] {
         &self.units_before
     }
@@ -138,7 +138,7 @@ pub(crate) struct Pool {
 }
 
 impl Pool {
-    /// A free key; its cut must [begin](InstanceCut::begin).
+    /// Returns a free key. The caller must [begin](InstanceCut::begin) its cut.
     pub(crate) fn make(&mut self) -> u32 {
         self.free.pop().unwrap_or_else(|| {
             self.cuts.push(InstanceCut::default());
@@ -154,7 +154,7 @@ impl Pool {
         &mut self.cuts[key as usize]
     }
 
-    /// Frees a key; its storage is reused.
+    /// Frees a key. Another cut reuses its storage.
     pub(crate) fn free(&mut self, key: u32) {
         self.free.push(key);
     }

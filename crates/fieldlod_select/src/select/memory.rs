@@ -12,7 +12,7 @@ pub(crate) struct InstanceMemory {
 }
 
 impl InstanceMemory {
-    /// Of a slot that was not selected yet.
+    /// The memory of a slot that was not selected yet.
     pub(crate) const NONE: Self = Self {
         instance: InstanceId::NONE,
         state: InstanceState::Empty,
@@ -21,13 +21,13 @@ impl InstanceMemory {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InstanceState {
-    /// Not selected yet, removed, or on other layers: draws nothing.
+    /// The instance was not selected yet, was removed, or is on other layers: nothing is drawn.
     Empty,
     /// Only terminal groups are refined. The scene may have removed the instance since.
     Coarsest(MeshId),
-    /// The mesh as a whole at one level, finer than the coarsest.
+    /// The mesh is drawn as a whole at one level, finer than the coarsest.
     AtLevel(MeshId, u8),
-    /// A cut of its own, by its key in the pool.
+    /// The instance has a cut in the pool, with this key.
     Mixed(u32),
 }
 
@@ -68,7 +68,7 @@ impl InstanceState {
         }
     }
 
-    /// The same in local units, without a forced level. With visible flux, finer levels are decided in each frame.
+    /// The limits in local units, without a forced level. With visible flux, finer levels are decided in each frame.
     pub(super) fn limits_in_local(self, frame: &Frame) -> Limits {
         let hides = frame.settings.visible_flux.is_some();
         let (mesh, level) = match self {

@@ -2,17 +2,18 @@
 //!
 //! A camera that travels by `t` and turns by `θ` displaces a point at the distance `ρ` by at most `t + θ ρ` in camera
 //! space, and its direction from the point by at most `t / (ρ − t)`. The criterion bounds the field over a group's
-//! sphere: with the displacement added to its radius, the bound holds for every displaced group; with the displacement
-//! subtracted, even below zero, no displaced group has a smaller bound. If the groups that are not refined stay below
-//! the threshold by the first, and the others above it by the second, the cut holds for the whole motion.
+//! sphere: with the displacement added to the sphere's radius, the bound holds for every displaced group; with the
+//! displacement subtracted, even below zero, every displaced group has an equal or larger bound. The cut holds for the
+//! whole motion if groups that are not refined stay below the threshold by the first bound, and refined groups stay
+//! above it by the second.
 
 use super::frame::{Frame, Input};
 use crate::criterion::Motion;
 use crate::view::stretch::largest_stretch;
 
-/// Number of frames at the present speed for which a cut is tested. More frames give cuts that fail the test more
-/// often, fewer frames more tests: in a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16 took
-/// 0.24 ms at least.
+/// Number of frames at the present speed for which a cut is tested. With more frames, cuts fail the test more often;
+/// with fewer frames, there are more tests: in a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16
+/// took 0.24 ms at least.
 const FRAMES_AHEAD: f32 = 4.0;
 
 /// All motion so far.
@@ -35,7 +36,7 @@ pub(crate) struct Hold {
 }
 
 impl Odometer {
-    /// Adds the motion since the last frame.
+    /// Adds the motion since the previous frame.
     pub(crate) fn advance(&mut self, frame: &Frame) {
         let last = frame.last.as_ref();
         let motion = last.and_then(|last| motion_between(last, frame.input));

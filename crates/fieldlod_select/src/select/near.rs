@@ -27,11 +27,11 @@ impl SceneCuts {
     pub(super) fn decide(&mut self, frame: &Frame, near: &Near) {
         let (scene, slot) = (frame.scene, near.slot);
         let occupant = &scene.columns.occupants[slot];
-        // Not on the view's layers.
+        // The instance is not on the view's layers.
         let Some(mesh) = occupant.seen_mesh(frame.view.layers) else {
             return self.draw_whole(frame, slot, InstanceState::Empty);
         };
-        // Without a shadow in the view.
+        // The instance casts no shadow into the view.
         if near.is_dark && frame.settings.forced_level.is_none() {
             return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh));
         }
@@ -85,7 +85,7 @@ impl SceneCuts {
         self.draw_whole(frame, candidate.slot, state);
     }
 
-    /// The level by bounds over the whole instance; `None` if they are not decisive.
+    /// The level by bounds over the whole instance; `None` if the bounds are not decisive.
     fn certain_level(&self, frame: &Frame, candidate: &Candidate, was: usize) -> Option<usize> {
         let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
@@ -227,7 +227,7 @@ impl SceneCuts {
             self.changes.record(instance, cut.drawn_before(), now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
-        // Near the threshold the limits of the coarsest level may fail in each frame: a cut of its own may hold longer.
+        // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.
         let may_rest = settings.forced_level.is_none()
             && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
         let is_coarsest = may_rest && cut.is_coarsest(table);
@@ -239,7 +239,7 @@ impl SceneCuts {
         self.draw_whole(frame, slot, state);
     }
 
-    /// The key of the cut of an instance. A new cut starts from the units drawn so far.
+    /// The key of the cut of an instance. A new cut starts from the units that are drawn.
     fn key_of_cut(&mut self, frame: &Frame, candidate: &Candidate) -> u32 {
         let level = match candidate.was {
             InstanceState::Mixed(key) => return key,

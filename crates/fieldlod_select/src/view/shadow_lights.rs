@@ -1,4 +1,4 @@
-//! Which instances outside a view may cast a shadow into it.
+//! Finds the instances outside a view that may cast a shadow into it.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -8,25 +8,26 @@ use super::View;
 use super::sides::planes_in_camera;
 use crate::lanes::{Lane, V3};
 
-/// Lights of a view; with more of them, any instance may cast. Each light is tested for each instance outside the view.
+/// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
+/// instance outside the view.
 const MOST_LIGHTS: usize = 4;
 /// Sine of the angle below which a direction is along a side: the rounding of a few operations is far smaller, and a
-/// larger one only keeps more casters.
+/// larger sine only keeps more casters.
 const ALONG: f32 = 1e-3;
 
 /// A light that casts shadows into a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShadowLight {
-    /// Its rays all go in one direction, a unit vector in the world.
+    /// A light whose rays all go in one direction, a unit vector in the world.
     Sun(Vec3),
-    /// Its rays end within this sphere.
+    /// A light whose rays end within this sphere.
     Lamp(Sphere),
 }
 
 /// The lights of a view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum ShadowLights {
-    /// Anything may cast.
+    /// Any instance may cast a shadow.
     #[default]
     Any,
     These([Option<ShadowLight>; MOST_LIGHTS]),
@@ -54,7 +55,7 @@ enum LightTest {
 }
 
 impl ShadowTest {
-    /// `None` if anything may cast.
+    /// `None` if any instance may cast a shadow.
     pub(crate) fn new(view: &View) -> Option<Self> {
         let ShadowLights::These(lights) = &view.shadow_lights else {
             return None;

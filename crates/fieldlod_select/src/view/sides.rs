@@ -9,7 +9,7 @@ use crate::lanes::{Lane, V3};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sides<L> {
     inward: [V3<L>; 4],
-    /// How far inside each the origin is.
+    /// How far inside each side the origin is.
     offset: [L; 4],
 }
 
@@ -49,7 +49,7 @@ impl LensSides {
         let planes = planes_in_camera(camera);
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
-            // One of each two is zero.
+            // One of the two factors is zero.
             sides: planes.map(|(inward, offset)| [inward.x + inward.y, inward.z + offset]),
         }
     }

@@ -1,11 +1,12 @@
-//! Factors by which an affine map stretches lengths: the largest, the least, and those across a sight ray.
+//! Factors by which an affine map stretches lengths: the largest, the least, and the factors across a sight ray.
 
 use glam::{DMat3, Mat3, Vec3};
 
 use crate::lanes::{Lane, M3, V3};
 
 /// How far `MᵀM` may be from a multiple of the identity, relative, for `M` to count as a rotation
-/// with one scale (and mirror): larger than the rounding of products of rotations, and small against the errors of levels.
+/// with one scale (and mirror): larger than the rounding of products of rotations, and small against the errors of
+/// levels.
 const SIMILARITY_TOLERANCE: f32 = 1e-4;
 
 /// Whether `m` turns, mirrors and scales all lengths alike. False for NaN and for zero.

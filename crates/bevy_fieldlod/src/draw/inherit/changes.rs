@@ -1,4 +1,5 @@
-//! Finds objects with a changed component that their units inherit, and renews the units.
+//! Finds objects on which an inherited component changed or was removed, and copies the components to their units
+//! again.
 
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::component::ComponentId;

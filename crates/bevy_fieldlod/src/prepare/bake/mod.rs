@@ -1,5 +1,4 @@
-//! Bakes meshes without a file, alone or together with the other primitives of their glTF mesh, and caches the
-//! results.
+//! Bakes meshes that have no baked file. Primitives of one glTF mesh may be baked together. Results are cached.
 
 mod cache;
 mod job;

@@ -11,7 +11,7 @@ use super::super::buffers::Buffers;
 /// An animation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clip {
-    /// Its name, or an empty string.
+    /// The name of the animation, or an empty string.
     pub name: String,
     /// The animated properties of nodes.
     pub channels: Vec<Channel>,
@@ -28,7 +28,7 @@ pub struct Channel {
     pub interpolation: Interpolation,
     /// Times of the keyframes in seconds, ascending and finite.
     pub times: Vec<f32>,
-    /// Values of the keyframes, finite and equally many for each. Cubic splines have two tangents for each value.
+    /// Finite values. Each keyframe has the same number of values. A cubic spline stores two tangents with each value.
     pub values: Vec<f32>,
 }
 
@@ -134,7 +134,7 @@ impl Channel {
         !self.times.is_empty() && self.times.is_sorted() && are_finite && is_whole
     }
 
-    /// Numbers of one value.
+    /// How many numbers one value has.
     fn width(&self) -> usize {
         self.values.len() / (self.times.len().max(1) * self.values_per_keyframe())
     }

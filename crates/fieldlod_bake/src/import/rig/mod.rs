@@ -25,7 +25,8 @@ pub struct Rig {
     pub skin: Option<u32>,
     /// Four joints per vertex, as indices into [`Skin::joints`]. Empty without a skin.
     pub joints: Vec<[u16; 4]>,
-    /// The weights of these joints. They are not negative, and a vertex has at least one. Their sum may differ from 1.
+    /// The weights of these joints. Weights are not negative, and each vertex has a weight above 0. Their sum may
+    /// differ from 1.
     pub weights: Vec<[f32; 4]>,
     /// For each morph target, the position delta of each vertex.
     pub targets: Vec<Vec<Vec3>>,
@@ -50,7 +51,7 @@ impl Rig {
 /// The joints of a character.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
-    /// The nodes that are its joints, as indices into [`Import::nodes`](super::Import::nodes).
+    /// The nodes of the joints, as indices into [`Import::nodes`](super::Import::nodes).
     pub joints: Vec<u32>,
     /// For each joint, the matrix from the mesh to the joint in the bind pose.
     pub inverse_binds: Vec<Mat4>,
@@ -63,7 +64,7 @@ pub struct Node {
     pub name: String,
     /// The parent. Parents form no cycle.
     pub parent: Option<u32>,
-    /// The mesh that it draws.
+    /// The mesh that the node draws.
     pub mesh: Option<u32>,
     /// Translation without animation.
     pub translation: Vec3,
@@ -71,7 +72,7 @@ pub struct Node {
     pub rotation: Quat,
     /// Scale without animation.
     pub scale: Vec3,
-    /// Weights of the morph targets of its mesh without animation.
+    /// Weights of the morph targets of the node's mesh, without animation.
     pub weights: Vec<f32>,
 }
 

@@ -131,14 +131,14 @@ impl LevelVertices {
         is_shared
     }
 
-    /// Keeps source vertices, and all others at their positions, at all levels.
+    /// Keeps source vertices, and all other vertices at their positions, at all levels.
     pub(crate) fn keep(&mut self, vertices: impl Iterator<Item = usize>) {
         for vertex in vertices {
             self.is_kept[self.same_position[vertex] as usize] = true;
         }
     }
 
-    /// Protects vertices whose texture coordinates or parts differ from those of the first vertex at their position.
+    /// Protects vertices whose texture coordinates or parts differ from the first vertex at their position.
     fn protect_seams(&mut self) {
         for vertex in 0..self.source_count as u32 {
             let first = self.same_position[vertex as usize];
@@ -163,8 +163,8 @@ impl LevelVertices {
         vertex
     }
 
-    /// Converts all vertices to local units; those of `mesh` come first, unchanged. Also returns the source vertices
-    /// that the others were moved from, if the mesh has other attributes.
+    /// Converts all vertices to local units. The vertices of `mesh` come first, unchanged. If the mesh has other
+    /// attributes, also returns the source vertex that each further vertex was moved from.
     pub(crate) fn in_local(self, mesh: &SourceMesh) -> (Vertices, Vec<u32>) {
         let mut vertices = mesh.finite_vertices();
         for vertex in self.source_count as u32..self.positions.len() as u32 {

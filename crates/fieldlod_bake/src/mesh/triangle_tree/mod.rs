@@ -37,7 +37,7 @@ struct Node {
 
 const IS_LEAF: u32 = 1 << 31;
 
-/// Four triangles. If there are fewer, the last one is repeated.
+/// Four triangles. If there are fewer, the last triangle is repeated.
 struct Leaf {
     triangles: Triangles4,
     /// Index of each triangle in the input of the tree.
@@ -135,10 +135,10 @@ impl TriangleTree {
         Some(triangle.nearest_point(point.into()).into())
     }
 
-    /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest. `None` if there are no
-    /// triangles.
+    /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest triangle. `None` if
+    /// there are no triangles.
     ///
-    /// `start` is the result for a nearby point in this tree. A good start saves most of the search; a bad one costs
+    /// `start` is the result for a nearby point in this tree. A good start saves most of the search; a bad start costs
     /// little.
     #[must_use]
     pub fn near_enough(

@@ -1,4 +1,4 @@
-//! Codes arrays of plain structs field by field, because the same field of neighbours is similar.
+//! Codes arrays of plain structs field by field, because the same field has similar values in neighbouring structs.
 
 use bytemuck::Pod;
 

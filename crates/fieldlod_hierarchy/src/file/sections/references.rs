@@ -2,7 +2,7 @@
 
 use crate::file::sections::numbers::{unzigzag, zigzag};
 
-/// Converts vertices in coding order to numbers, and back.
+/// Converts vertex indices to small numbers, and back. The indices count vertices in the order of the file.
 pub(crate) struct References {
     /// The next new vertex.
     pub(crate) next: u32,

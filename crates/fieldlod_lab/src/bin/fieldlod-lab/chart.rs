@@ -20,8 +20,8 @@ use crate::models::Model;
 /// against image error. The baseline is clusterlod as a whole: its metric on the levels that it builds itself.
 ///
 /// Needs a graphics adapter; a software adapter is enough. Meshes are baked in small units, so that a small picture
-/// of a mesh represents a large picture of a finer mesh. Hierarchies of .fieldlod files are not baked again; only
-/// clusterlod's levels are built from them.
+/// of a mesh represents a large picture of a finer mesh. A .fieldlod file already contains this system's levels; only
+/// clusterlod's levels are built from it.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf, .glb or .fieldlod files [default: generated models]. The primitive of each file with the most
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Seed of the poses.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Measure the generated models on which constants were chosen, in addition to the named files.
+    /// Also measure the generated models that were used to choose constants.
     #[arg(long)]
     training: bool,
     /// Print all figures as a JSON object instead of a table.

@@ -28,8 +28,8 @@ impl Model {
         }
     }
 
-    /// The primitive with the most triangles, baked by both systems. The hierarchy of a .fieldlod file is not baked
-    /// again; `config` then applies only to clusterlod.
+    /// Bakes the primitive with the most triangles in both systems. A .fieldlod file already contains this system's
+    /// levels; `config` then applies only to clusterlod.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
         let (mesh, baked) = self.load()?;
         Ok(BakedModel {

@@ -10,7 +10,7 @@ use crate::lanes::{Lane, bits_of};
 #[derive(Debug, Default)]
 pub(crate) struct LimitColumns {
     pub(crate) instances: Vec<EightLimits>,
-    /// Of all instances of a chunk.
+    /// Limits of all instances of a chunk.
     pub(crate) chunks: Vec<EightLimits>,
 }
 

@@ -1,7 +1,7 @@
 //! The pass over all instances: tests which of them certainly keep their cuts, eight at a time.
 //!
-//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth over its
-//! sphere as in [the criterion](crate::criterion), it stays if
+//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth
+//! over its sphere as in [the criterion](crate::criterion), it stays if
 //! ```text
 //! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
 //! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
@@ -27,8 +27,8 @@ use crate::view::shadow_lights::ShadowTest;
 use crate::view::sides::LensSides;
 use crate::view::stretch::is_similarity;
 
-/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts that
-/// the criterion changes, which the tests against the criterion find; larger ones only decide more instances.
+/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts
+/// that the criterion changes, which the tests against the criterion find; larger values only decide more instances.
 const POSITION_SLACK: f32 = 1e-5;
 const ROUNDING: f32 = 1.001;
 
@@ -42,21 +42,21 @@ pub(crate) struct KeepTest {
     is_usable: bool,
     /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
-    /// Cosines of their widest corners.
+    /// Cosines of the widest corners of both views.
     least_cosines: [f32; 2],
     scale: Scale,
     /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
-    /// Whether the upper and the lower bound are those of deviations, which count the secant in full.
+    /// Whether the upper and the lower bound are bounds of deviations, which count the secant in full.
     counts_secant: [bool; 2],
-    /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if errors
-    /// have no lower bound.
+    /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if
+    /// errors have no lower bound.
     least_relaxation: f32,
     shadows: Option<ShadowTest>,
 }
 
-/// Thresholds over pixels per unit of error, of groups that were not refined and of those that were: rounded down, and
-/// rounded up.
+/// Thresholds over pixels per unit of error, of groups that were not refined and of groups that were refined: rounded
+/// down, and rounded up.
 #[derive(Clone, Copy)]
 struct Scale {
     coarse: [f32; 2],
@@ -67,7 +67,7 @@ struct Scale {
 struct Sighted<L> {
     world: V3<L>,
     seen: V3<L>,
-    /// The radius and the slack together, which is the most that rounding moves a sphere.
+    /// The radius plus the slack. Rounding moves a sphere by at most the slack.
     radius: L,
     slack: L,
 }
@@ -76,7 +76,7 @@ struct Sighted<L> {
 struct Bounds<L> {
     /// In the view: errors up to the first certainly fit, errors above the second certainly exceed.
     in_view: [L; 2],
-    /// The same on the axis, for spheres outside the view.
+    /// The same bounds on the axis, for spheres outside the view.
     on_axis: [L; 2],
 }
 
@@ -109,7 +109,7 @@ impl Looked {
         },
     };
 
-    /// Lanes of the instances that do not certainly keep their cuts.
+    /// Lanes of the instances whose cuts may change.
     pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
         set_bits_of(!self.kept & 0xff)
     }
@@ -177,7 +177,7 @@ impl KeepTest {
         if bits_of(unseen | is_still) == 0xff {
             return None;
         }
-        // Most of the others are within their limits.
+        // Most of the other instances are within their limits.
         let bounds = self.bounds(0, &sighted);
         let entering = self.coarse(0, &sighted, &bounds, dark);
         let leaving = self.fine(1, &sighted, &bounds, dark);
@@ -217,7 +217,7 @@ impl KeepTest {
             return None;
         }
         let reach = sighted.radius + displacement;
-        // If groups outside count, those outside the view that groups enter may cast no shadow.
+        // If groups outside count, groups outside the view that groups enter may cast no shadow.
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.sides[width].least_inside(sighted.seen);
         let is_before = self.is_orthographic || reach < sighted.seen.z;
@@ -265,7 +265,7 @@ impl KeepTest {
         })
     }
 
-    /// Which spheres are certainly not outside: those with their centres in the view.
+    /// Which spheres are certainly not outside: their centres are in the view.
     #[inline(always)]
     fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
         let inside_by = self.sides[width].least_inside(sighted.seen);
@@ -327,8 +327,8 @@ impl KeepTest {
         L::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
-    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger, so
-    /// that it has an upper bound of its own; the lower bound is valid for both.
+    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger,
+    /// so that it has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
     fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
         let least_cosine = self.least_cosines[width];
@@ -358,7 +358,8 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the gap.
+        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the
+        // gap.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
         let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);

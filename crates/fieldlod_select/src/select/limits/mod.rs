@@ -37,7 +37,7 @@ impl SceneCuts {
         self.changes.begin_first(frame.scene);
         let columns = &frame.scene.columns;
         self.memories.reserve(columns.occupants.len());
-        // Most instances have the same mesh as the one before.
+        // Most instances have the same mesh as the previous instance.
         let (mut last_seen, mut limits, mut triangles) = (None, Limits::EMPTY, 0);
         for (slot, occupant) in columns.occupants.iter().enumerate() {
             let seen = occupant.seen_mesh(frame.view.layers);
@@ -62,7 +62,7 @@ impl SceneCuts {
     fn update_limits_of(&mut self, frame: &Frame, slot: usize, keeps_states: bool) {
         let occupant = &frame.scene.columns.occupants[slot];
         if self.memories[slot].instance != occupant.id {
-            // The units of the last instance in the slot leave.
+            // The units of the previous instance in the slot leave.
             self.change_state(frame, slot, InstanceState::Empty);
             self.memories[slot].instance = occupant.id;
             if let Some(share) = self.level_shares.get_mut(slot) {

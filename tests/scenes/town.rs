@@ -69,7 +69,7 @@ pub(super) fn town(entities: usize) -> Scene {
             let eye = Vec3::new(3.0, 1.7, -60.0 + metres);
             Transform::from_translation(eye).looking_to(Vec3::new(0.25, -0.02, 1.0), Vec3::Y)
         },
-        range_scale: 1.0,
+        range_scale: 1.1,
         levels: OnceLock::new(),
         cache: OnceLock::new(),
     }

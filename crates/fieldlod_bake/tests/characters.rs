@@ -95,6 +95,35 @@ fn parts_of_a_character_have_equal_levels() {
     }
 }
 
+/// Levels have source vertices only, and vertices at one position have the same joints: a border that is closed in the
+/// bind pose is closed in all poses.
+#[test]
+fn parts_of_a_character_stay_closed_where_they_meet() {
+    let parts = bake(&import(&mut character(1.0)));
+    let positions: Vec<Vec3> = parts
+        .iter()
+        .flat_map(|part| part.vertices.positions.iter().copied())
+        .collect();
+    let weld = common::weld(&positions);
+    for level in 0..parts[0].units.len() {
+        let mut first = 0;
+        let mut triangles = Vec::new();
+        for part in &parts {
+            let own = part.triangles_of(&part.units[level]);
+            triangles.extend(own.map(|triangle| triangle.map(|vertex| first + vertex)));
+            first += part.vertices.positions.len() as u32;
+        }
+        // The ends of the tube are open in the source.
+        let is_end = |vertex: u32| {
+            let y = positions[vertex as usize].y;
+            y < 1e-3 || y > LENGTH - 1e-3
+        };
+        for ((a, b), _) in common::open_edges(&triangles, &weld) {
+            assert!(is_end(a) && is_end(b), "level {level}");
+        }
+    }
+}
+
 #[test]
 fn source_hash_holds_joints_and_targets() {
     let import = import(&mut character(1.0));

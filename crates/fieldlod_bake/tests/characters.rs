@@ -114,10 +114,7 @@ fn parts_of_a_character_stay_closed_where_they_meet() {
             first += part.vertices.positions.len() as u32;
         }
         // The ends of the tube are open in the source.
-        let is_end = |vertex: u32| {
-            let y = positions[vertex as usize].y;
-            y < 1e-3 || y > LENGTH - 1e-3
-        };
+        let is_end = |vertex: u32| !(1e-3..=LENGTH - 1e-3).contains(&positions[vertex as usize].y);
         for ((a, b), _) in common::open_edges(&triangles, &weld) {
             assert!(is_end(a) && is_end(b), "level {level}");
         }

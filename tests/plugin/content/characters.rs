@@ -16,6 +16,7 @@ use bevy_fieldlod::{LodError, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
 use fieldlod_hierarchy::FileOptions;
 
+use super::scenes::spawn_scene;
 use crate::character_files::{ball, tube};
 use crate::gltf_file::GltfFile;
 use crate::headless::{
@@ -316,13 +317,7 @@ fn run(file: &GltfFile, cache: Option<&Path>, lods: Option<&'static str>) -> Vec
         .resource_mut::<FieldLodAppConfig>()
         .cache_folder = cache.map(Path::to_owned);
     let camera = spawn_camera(&mut app, 2000.0);
-    let assets = app.world().resource::<AssetServer>();
-    let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("mesh.glb"));
-    let auto_lod = match lods {
-        Some(path) => AutoLod::from_file(assets.load(path)),
-        None => AutoLod::default(),
-    };
-    app.world_mut().spawn((WorldAssetRoot(scene), auto_lod));
+    spawn_scene(&mut app, lods);
     ready(&mut app, 2);
     let drawn = stats(&app, camera);
     assert!(

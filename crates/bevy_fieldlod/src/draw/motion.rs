@@ -27,7 +27,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(ExtractSchedule, extract_new_units)
         .add_systems(
             Render,
-            share_last_transforms
+            share_previous_transforms
                 .after(collect_meshes_for_gpu_building)
                 .in_set(RenderSystems::PrepareMeshes),
         );
@@ -46,7 +46,7 @@ fn extract_new_units(
 
 /// Lets new units refer to the previous transform of their object, if uniforms are built on the GPU. Uniforms that are
 /// built on the CPU read [`PreviousGlobalTransform`](bevy::pbr::PreviousGlobalTransform) of the unit.
-fn share_last_transforms(
+fn share_previous_transforms(
     new_units: Res<NewUnits>,
     instances: Res<RenderMeshInstances>,
     buffers: Option<Res<BatchedInstanceBuffers<MeshUniform, MeshInputUniform>>>,

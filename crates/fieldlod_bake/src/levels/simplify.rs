@@ -317,7 +317,7 @@ impl Task<'_> {
         }
     }
 
-    /// Length of the longest edge of a triangle that the piece does not have, if textures may be torn; otherwise 0.
+    /// Length of the longest edge of a new or moved triangle if textures may be torn; otherwise 0.
     /// With it as a lower bound for the deviation, a guarantee draws torn triangles only where they are smaller than
     /// the allowed deviation.
     fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
@@ -329,7 +329,9 @@ impl Task<'_> {
         let unchanged: FxHashSet<&[u32; 3]> =
             self.piece.corners.as_chunks::<3>().0.iter().collect();
         let triangles = simplified.corners.as_chunks::<3>().0.iter();
-        let torn = triangles.filter(|triangle| !unchanged.contains(triangle));
+        let is_new =
+            |triangle: &[u32; 3]| triangle.iter().any(|&own| simplified.is_new[own as usize]);
+        let torn = triangles.filter(|triangle| is_new(triangle) || !unchanged.contains(triangle));
         let edges = torn.flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
         let lengths = edges.map(|(from, to)| position(from).distance(position(to)));
         lengths.fold(0.0, f32::max)

@@ -83,12 +83,14 @@ pub(crate) fn bake_valid_mesh(
         sheets.add_backs(&mut groups, &mut vertices);
         report.two_sided_triangles = 2 * sheets.back_count();
     }
+    let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
-    // Plants: measure levels on pictures. Other meshes keep the error of the simplifier, because it calibrates the
-    // pictures.
-    if config.measure_appearance && report.has_aggregates {
-        measure_levels(&mut hierarchy, &surfaces);
+    // Measure levels of plants and torn textures on pictures. Other meshes keep the error of the simplifier, because it
+    // calibrates the pictures.
+    let torn = report.first_torn_group().filter(|_| measures_tears);
+    if config.measure_appearance && (report.has_aggregates || torn.is_some()) {
+        measure_levels(&mut hierarchy, &surfaces, report.has_aggregates, torn);
     }
     (hierarchy, report)
 }

@@ -31,6 +31,19 @@ impl BakeReport {
     pub fn is_stuck(&self) -> bool {
         self.coarsest_triangles > Self::MOST_COARSEST
     }
+
+    /// Whether the result depends on the surfaces of the mesh: of leaves, and of torn textures.
+    #[must_use]
+    pub fn depends_on_surfaces(&self) -> bool {
+        self.has_aggregates || self.first_torn_group().is_some()
+    }
+
+    /// The first group that tore texture seams.
+    pub(crate) fn first_torn_group(&self) -> Option<u32> {
+        let mut torn = self.fallbacks.iter();
+        let torn = torn.find(|step| step.kind == FallbackKind::TexturesTorn);
+        torn.map(|step| step.group)
+    }
 }
 
 /// A fallback that simplified one group. Its deviation is measured like any other.

@@ -165,7 +165,7 @@ fn mesh_of_seams() -> SourceMesh {
 }
 
 #[test]
-fn stated_deviation_covers_torn_textures() {
+fn stated_error_covers_torn_textures() {
     let mesh = mesh_of_seams();
     assert!(mesh.triangle_count() <= BakeReport::MOST_COARSEST);
     let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
@@ -184,6 +184,7 @@ fn stated_deviation_covers_torn_textures() {
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 let [from, to] = [from, to].map(|v| hierarchy.vertices.positions[v as usize]);
                 assert!(from.distance(to) <= group.deviation_in_local * 1.0001);
+                assert!(from.distance(to) <= group.error_in_local * 1.0001);
             }
         }
     }

@@ -1,8 +1,13 @@
 //! Props with seams, hard edges and an atlas: texture coordinates stay in place, and tangents create no seams.
 
-use fieldlod_bake::{BakeConfig, SourceMesh, VerifySettings, bake_mesh, fixtures, verify};
+use std::sync::Arc;
+
+use fieldlod_bake::{
+    BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, VerifySettings, bake_mesh,
+    fixtures, verify,
+};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3, Vec4};
 
 fn bake(mesh: &SourceMesh) -> Hierarchy {
     bake_mesh(mesh, &BakeConfig::fine_grained()).unwrap()
@@ -110,20 +115,38 @@ fn facade(cells: u16) -> SourceMesh {
     mesh
 }
 
+/// The error of the first level with at most a tenth of the triangles.
+fn error_of_tenth(mesh: &SourceMesh) -> f32 {
+    let levels = bake_mesh(mesh, &BakeConfig::default()).unwrap();
+    let cuts = levels.whole_mesh_cuts();
+    let tenth = cuts
+        .iter()
+        .find(|cut| cut.triangles.len() * 10 <= mesh.triangle_count())
+        .expect("a level has a tenth of the triangles");
+    levels.largest_below(tenth.group_level, |group| group.error_in_local)
+}
+
 #[test]
 fn seams_on_all_edges_do_not_stop_simplification() {
-    let error_of_tenth = |mesh: &SourceMesh| {
-        let levels = bake_mesh(mesh, &BakeConfig::default()).unwrap();
-        let cuts = levels.whole_mesh_cuts();
-        let tenth = cuts
-            .iter()
-            .find(|cut| cut.triangles.len() * 10 <= mesh.triangle_count())
-            .expect("a level has a tenth of the triangles");
-        levels.largest_below(tenth.group_level, |group| group.error_in_local)
-    };
-    let mesh = facade(12);
-    let mut without = mesh.clone();
-    without.uvs.clear();
-    let (with, without) = (error_of_tenth(&mesh), error_of_tenth(&without));
-    assert!(with <= 2.0 * without, "{with}, {without} without textures");
+    let mut mesh = facade(12);
+    let unknown = error_of_tenth(&mesh);
+    let plain = Surface::new(Vec4::new(0.8, 0.6, 0.5, 1.0), SurfaceAlpha::Opaque);
+    mesh.surface = Some(Arc::new(plain.clone()));
+    let without_texture = error_of_tenth(&mesh);
+    let checker = |x: u32, y: u32| [if (x ^ y) & 1 == 0 { 40 } else { 220 }, 120, 90, 255];
+    let mapping = TextureMapping::default();
+    mesh.surface = Some(Arc::new(plain.with_texture(
+        UVec2::splat(2),
+        mapping,
+        checker,
+    )));
+    let with_checker = error_of_tenth(&mesh);
+    mesh.surface = None;
+    mesh.uvs.clear();
+    let without_uvs = error_of_tenth(&mesh);
+    let errors = [without_uvs, without_texture, with_checker, unknown];
+    assert!(without_texture <= 2.0 * without_uvs, "{errors:?}");
+    // Visible tears count. If the texture is unknown, all tears may be visible.
+    assert!(without_texture < with_checker, "{errors:?}");
+    assert!(with_checker < unknown, "{errors:?}");
 }

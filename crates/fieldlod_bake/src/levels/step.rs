@@ -58,7 +58,12 @@ impl LevelStep<'_> {
         drop(attempts);
         // Errors must not shrink from finer to coarser groups.
         let local_from_scaled = self.vertices.local_from_scaled;
-        let own_in_local = (simplified.error_in_scaled * local_from_scaled).min(f32::MAX);
+        let mut own = simplified.error_in_scaled;
+        if !self.vertices.shows_tears(self.config) {
+            // Nothing measures how a torn texture looks.
+            own = own.max(simplified.least_deviation_in_scaled);
+        }
+        let own_in_local = (own * local_from_scaled).min(f32::MAX);
         let deviation_in_local = if self.config.measure_deviation {
             (measured.deviation_in_scaled * local_from_scaled).min(f32::MAX)
         } else {

@@ -66,6 +66,17 @@ impl Surfaces {
         self.parts.iter().any(|part| part.surface.is_some())
     }
 
+    /// Whether there are parts, and all have known surfaces.
+    pub(crate) fn all_known(&self) -> bool {
+        !self.parts.is_empty() && self.parts.iter().all(|part| part.surface.is_some())
+    }
+
+    /// Whether a known surface has a texture.
+    pub(crate) fn any_textured(&self) -> bool {
+        let mut surfaces = self.parts.iter().flat_map(|part| &part.surface);
+        surfaces.any(|surface| surface.mapping().is_some())
+    }
+
     /// Index of the part of a source vertex.
     pub(crate) fn part_of(&self, vertex: u32) -> usize {
         self.parts.partition_point(|part| part.end <= vertex)

@@ -1,4 +1,4 @@
-//! Measures on pictures at which size each level of a plant looks like the source.
+//! Measures on pictures at which size each level of a plant or a torn texture looks like the source.
 //!
 //! The deviation of a crown is the deviation of its worst leaf, but a viewer notices outline, light and colours. Each
 //! level is therefore drawn beside the source from [`DIRECTIONS`] directions. The mesh has a radius of [`LARGEST_PX`]
@@ -33,11 +33,35 @@ const FACING_FACTOR: f32 = 1.183_216;
 /// Levels with more vertices are never drawn as whole meshes, because they need 16-bit indices.
 pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
-/// Measures the levels that can be drawn as whole meshes. Stores in each group the error of the next coarser level.
-pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
+/// Measures the levels that can be drawn as whole meshes.
+///
+/// If `has_aggregates`, each group gets the error of the next coarser level as its whole-mesh error. From the level of the
+/// group `torn` on, errors are raised to those of pictures: the simplifier compares texture coordinates only at
+/// vertices, and a coarse checker shows up to three times its error.
+pub(crate) fn measure_levels(
+    hierarchy: &mut Hierarchy,
+    surfaces: &Surfaces,
+    has_aggregates: bool,
+    torn: Option<u32>,
+) {
     if hierarchy.source_vertex_count > MAX_VERTICES {
         return;
     }
+    let errors = errors_of_levels(hierarchy, surfaces);
+    let torn_level = torn.map(|group| hierarchy.groups[group as usize].level);
+    for group in hierarchy.groups.iter_mut().filter(|g| !g.is_terminal()) {
+        let error = errors[group.level as usize + 1];
+        if has_aggregates {
+            group.whole_mesh_error_in_local = error;
+        }
+        if torn_level.is_some_and(|level| group.level >= level) {
+            group.error_in_local = group.error_in_local.max(error);
+        }
+    }
+}
+
+/// The error of each level on pictures. It does not shrink towards coarser levels.
+fn errors_of_levels(hierarchy: &Hierarchy, surfaces: &Surfaces) -> Vec<f32> {
     let cuts = hierarchy.whole_mesh_cuts();
     let radius = sphere_of(hierarchy).radius;
     let differences = differences(hierarchy, &cuts, surfaces);
@@ -59,9 +83,7 @@ pub(crate) fn measure_levels(hierarchy: &mut Hierarchy, surfaces: &Surfaces) {
     for level in 1..errors.len() {
         errors[level] = errors[level].max(errors[level - 1]).min(f32::MAX);
     }
-    for group in hierarchy.groups.iter_mut().filter(|g| !g.is_terminal()) {
-        group.whole_mesh_error_in_local = errors[group.level as usize + 1];
-    }
+    errors
 }
 
 /// Error of a level that looks right while the radius of the mesh is at most `good_until_px` pixels.

@@ -72,7 +72,7 @@ impl BakeJob {
             Some((member, sources)) => member.bake(sources, threads)?,
             None => threads.run(|| bake_mesh_with_report(&source.into_mesh(), &self.config))?,
         };
-        if let Some(entry) = &entries[usize::from(report.has_aggregates)] {
+        if let Some(entry) = &entries[usize::from(report.depends_on_surfaces())] {
             cache::write(entry, &baked);
         }
         Ok((baked, LodOrigin::Baked))

@@ -9,11 +9,13 @@ use glam::Vec3;
 use meshopt::SimplifyVertex;
 use rustc_hash::FxHashMap;
 
+use crate::config::BakeConfig;
 use crate::levels::vertices::attributes::AttributeLayout;
 use crate::mesh::SourceMesh;
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
+use crate::plants::appearance::MAX_VERTICES;
 
 pub(crate) use crate::levels::vertices::attributes::NORMAL_WEIGHT;
 
@@ -98,6 +100,13 @@ impl LevelVertices {
     /// Whether the opacity of some triangles is known.
     pub(crate) fn has_known_opacity(&self) -> bool {
         self.layout.has_uvs() && self.surfaces.any_known()
+    }
+
+    /// Whether pictures measure how torn textures look: surfaces are known, and the mesh is small enough to be drawn.
+    pub(crate) fn shows_tears(&self, config: &BakeConfig) -> bool {
+        config.measure_appearance
+            && self.surfaces.all_known()
+            && self.source_count <= MAX_VERTICES as usize
     }
 
     /// Attributes of all vertices, one row each.

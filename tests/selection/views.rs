@@ -1,4 +1,4 @@
-//! Particular views and what a user expects of them.
+//! Views with a known result.
 
 use fieldlod_select::{AdvancedSettings, Cut, LodSettings, View, select};
 use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
@@ -47,16 +47,16 @@ fn zooming_in_refines() {
 }
 
 #[test]
-fn a_larger_instance_is_finer() {
+fn larger_instance_is_finer() {
     let view = view(1.0, Vec3::Z * 20.0, Vec3::ZERO);
-    // At 1 px the large one would be all there is.
+    // At 1 px the large instance has full detail.
     let small = triangles(&view, &Affine3A::IDENTITY, 2.0);
     let large = triangles(&view, &Affine3A::from_scale(Vec3::splat(6.0)), 2.0);
     assert!(large > 3 * small, "{large} {small}");
 }
 
 #[test]
-fn what_lies_behind_or_beside_the_camera_is_coarsest() {
+fn object_behind_or_beside_camera_is_coarsest() {
     let eye = Vec3::Z * 3.0;
     for target in [Vec3::Z * 9.0, eye + Vec3::X, eye + Vec3::Y - Vec3::Z * 0.1] {
         let away = View::new(camera(0.6), &look(eye, target));
@@ -65,13 +65,13 @@ fn what_lies_behind_or_beside_the_camera_is_coarsest() {
 }
 
 #[test]
-fn from_inside_the_surface_around_the_camera_is_full_detail() {
+fn surface_around_camera_is_fine() {
     let inside = View::new(camera(1.0), &look(Vec3::new(0.0, 0.0, 0.9), Vec3::Z * 2.0));
     assert!(triangles_from(&inside) > 2 * coarsest());
 }
 
 #[test]
-fn turning_the_object_with_the_camera_changes_nothing_far_from_the_origin_either() {
+fn cut_is_independent_of_turn_and_origin() {
     let turn = Affine3A::from_quat(Quat::from_rotation_y(1.0));
     let straight = triangles_from(&view(1.0, Vec3::Z * 5.0, Vec3::ZERO));
     let eye = turn.transform_point3(Vec3::Z * 5.0);
@@ -87,7 +87,7 @@ fn turning_the_object_with_the_camera_changes_nothing_far_from_the_origin_either
 }
 
 #[test]
-fn orthographic_views_do_not_see_distance() {
+fn orthographic_cut_is_independent_of_distance() {
     let projection = Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 1000.0, 0.0);
     let ortho =
         camera_field::Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap();
@@ -98,7 +98,7 @@ fn orthographic_views_do_not_see_distance() {
 }
 
 #[test]
-fn a_pose_of_nan_draws_full_detail() {
+fn pose_of_nan_draws_full_detail() {
     let nowhere = View::new(
         camera(1.0),
         &Affine3A::from_translation(Vec3::splat(f32::NAN)),
@@ -131,7 +131,7 @@ fn flips(distance: f32, hysteresis: f32) -> usize {
 }
 
 #[test]
-fn hysteresis_holds_a_cut_against_a_shaking_camera() {
+fn hysteresis_holds_cut_of_shaking_camera() {
     let distances: Vec<f32> = (10..200u8).map(|step| f32::from(step) * 0.2).collect();
     let flips_of = |hysteresis| {
         distances

@@ -88,6 +88,33 @@ fn unwritable_cache_is_logged() {
     assert!(logged(Level::WARN, &["a-file", "could not write"]));
 }
 
+/// A limit of 16 kB per file stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn full_disk_is_logged() {
+    const FOLDER: &str = "FIELDLOD_TEST_FULL_DISK";
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        let folder = Path::new(&folder);
+        assert_eq!(run(folder, 1), LodOrigin::Baked);
+        assert!(logged(Level::WARN, &["fieldlod", "could not write"]));
+        assert!(entries(folder).is_empty(), "{:?}", entries(folder));
+        return;
+    }
+    // The limit applies to a process, so the test runs again in another one.
+    let folder = tempfile::tempdir().unwrap();
+    let limited = "trap '' XFSZ; ulimit -f 32; exec \"$@\"";
+    let test = "baking::cache::full_disk_is_logged";
+    let ran = std::process::Command::new("sh")
+        .args(["-c", limited, "sh"])
+        .arg(std::env::current_exe().unwrap())
+        .args([test, "--exact", "--nocapture"])
+        .env(FOLDER, folder.path())
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success() && said.contains("1 passed"), "{ran:?}");
+}
+
 #[test]
 fn disabled_bake_reads_cache_only() {
     let folder = tempfile::tempdir().unwrap();

@@ -65,6 +65,60 @@ fn split_screen_halves_have_independent_cuts() {
     assert_eq!(with_active(&[left, right]), [left_alone, right_alone]);
 }
 
+/// The meshes that each camera of `walking` draws in each frame of a walk. The other cameras are inactive.
+fn walk(app: &mut App, cameras: &[Entity], walking: &[Entity]) -> Vec<Vec<AssetId<Mesh>>> {
+    let mut activate = |active: &[Entity]| {
+        for camera in cameras {
+            let mut camera_mut = app.world_mut().get_mut::<Camera>(*camera).unwrap();
+            camera_mut.is_active = active.contains(camera);
+        }
+        // An inactive camera draws nothing, and starts with a new cut.
+        app.update();
+    };
+    activate(&[]);
+    activate(walking);
+    let mut drawn = Vec::new();
+    for step in [2.0f32; 3].into_iter().chain([0.5; 3]) {
+        for &camera in walking {
+            let mut pose = app.world_mut().get_mut::<Transform>(camera).unwrap();
+            pose.translation.z *= step;
+        }
+        app.update();
+        for &camera in walking {
+            let mesh = |&entity: &Entity| app.world().get::<Mesh3d>(entity).unwrap().id();
+            let mut meshes: Vec<_> = visible(app, camera).iter().map(mesh).collect();
+            meshes.sort_unstable();
+            drawn.push(meshes);
+        }
+    }
+    drawn
+}
+
+#[test]
+fn parallel_selection_equals_sequential_selection() {
+    let (mut app, first, _) = before_a_camera(6, 3.0);
+    let other = spawn_rock(&mut app, 5);
+    insert(&mut app, other, Transform::from_xyz(1.5, 0.5, -4.0));
+    ready(&mut app, 2);
+    let second = spawn_camera(&mut app, 9.0);
+    insert(&mut app, second, FieldLodCamera::with_error_px(3.0));
+    let third = spawn_camera(&mut app, 10.0);
+    insert(&mut app, third, orthographic(4.0));
+    let target = app.world().get::<RenderTarget>(first).unwrap().clone();
+    let left = spawn_half(&mut app, &target, true, 3.5);
+    let right = spawn_half(&mut app, &target, false, 20.0);
+    let cameras = [first, second, third, left, right];
+    let at_once = walk(&mut app, &cameras, &cameras);
+    for (place, camera) in cameras.iter().enumerate() {
+        let alone = walk(&mut app, &cameras, &[*camera]);
+        let of_camera: Vec<_> = at_once.iter().skip(place).step_by(cameras.len()).collect();
+        assert_eq!(of_camera, alone.iter().collect::<Vec<_>>(), "{place}");
+        // All but the orthographic camera draw fewer triangles from farther away.
+        let has_changed = alone.iter().any(|meshes| *meshes != alone[0]);
+        assert_eq!(has_changed, *camera != third, "{place}");
+    }
+}
+
 fn orthographic(height: f32) -> Projection {
     Projection::Orthographic(OrthographicProjection {
         scaling_mode: ScalingMode::FixedVertical {

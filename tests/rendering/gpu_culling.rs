@@ -2,7 +2,9 @@
 
 use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
 use bevy::color::palettes::css;
+use bevy::diagnostic::FrameCount;
 use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight};
+use bevy::post_process::motion_blur::MotionBlur;
 use bevy::prelude::*;
 use bevy::render::view::NoIndirectDrawing;
 use bevy_fieldlod::LodUnit;
@@ -101,6 +103,26 @@ impl Story {
         let eyes: Vec<&Eye> = self.eyes.iter().collect();
         let pending = self.stage.request(&eyes);
         pending.iter().map(|one| self.stage.wait(one)).collect()
+    }
+
+    /// The first eye's picture, with motion blur, of a frame in which objects move and units are spawned.
+    fn smeared(&mut self) -> RgbaImage {
+        let blur = MotionBlur {
+            shutter_angle: 1.0,
+            samples: 8,
+        };
+        self.stage.insert(self.eyes[0].entity, blur);
+        self.stage.app.update();
+        let finer = FieldLodCamera::with_error_px(0.3);
+        self.stage.insert(self.eyes[0].entity, finer);
+        for (entity, x) in [(self.boulder, 0.6), (self.prop, -1.9), (self.glass, 2.0)] {
+            let place = Transform::from_xyz(x, 1.5, 0.0);
+            self.stage.insert(entity, place);
+        }
+        // The noise of the blur depends on the frame.
+        *self.stage.app.world_mut().resource_mut::<FrameCount>() = FrameCount(1_000);
+        let pending = self.stage.request(&[&self.eyes[0]]);
+        self.stage.wait(&pending[0])
     }
 
     fn set_active(&mut self, eye: usize, is_active: bool) {
@@ -217,4 +239,17 @@ fn no_indirect_drawing_uses_cpu_lists() {
     for (one, other) in before.iter().zip(&pictures) {
         assert_eq!(count(&difference(one, other)), 0);
     }
+}
+
+#[test]
+fn motion_blur_is_equal_with_gpu_lists() {
+    let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
+        return;
+    };
+    let (smeared, expected) = (kept.smeared(), filtered.smeared());
+    assert_eq!(count(&difference(&smeared, &expected)), 0);
+    // The same picture without motion.
+    let sharp = &kept.pictures()[0];
+    let differing = count(&difference(&smeared, sharp));
+    assert!(differing > 1_000, "{differing} pixels are smeared");
 }

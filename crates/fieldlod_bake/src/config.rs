@@ -28,8 +28,8 @@ pub struct BakeConfig {
     /// Measures the deviation of each group from the source. Without it, settings that guarantee an error draw full
     /// detail.
     pub measure_deviation: bool,
-    /// Measures on pictures at which distance levels of plants and other aggregates look right. Without it, the error
-    /// of a level is the error of its worst element.
+    /// Measures on pictures at which distance levels of plants, other aggregates and torn textures look right. Without
+    /// it, the error of an aggregate is that of its worst element, and that of a torn texture its longest edge.
     pub measure_appearance: bool,
     /// Up to four primitives of one glTF mesh are baked [together](crate::bake_together) if they have fewer triangles
     /// than this in total and many of these belong to loose elements. An example is a tree of bark and leaves. 0

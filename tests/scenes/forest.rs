@@ -96,8 +96,9 @@ pub(super) fn forest(count: u32) -> Scene {
         is_flat: false,
         ends_in_box: false,
         path: |metres| {
-            let eye = Vec3::new(-30.0 + metres, 2.2, 0.0);
-            Transform::from_translation(eye).looking_to(Vec3::new(1.0, 0.08, 0.3), Vec3::Y)
+            // Above the crowns: between them, the nearest tree hides the forest.
+            let eye = Vec3::new(-30.0 + metres, 11.0, 0.0);
+            Transform::from_translation(eye).looking_to(Vec3::new(1.0, -0.2, 0.3), Vec3::Y)
         },
         range_scale: 1.0,
         levels: OnceLock::new(),

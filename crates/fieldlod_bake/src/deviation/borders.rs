@@ -27,8 +27,8 @@ pub(super) fn sample_borders(source: &TriangleTree, triangles: &[[Vec3; 3]], far
 /// vertex.
 type Edge = (u32, u32, bool, u32);
 
-/// Edges that triangles use more often in one direction than in the other, and edges of a triangle that is used from
-/// both sides.
+/// Edges that triangles use more often in one direction than in the other. The outer edges of two-sided sheets also
+/// count, although their directions cancel.
 fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     let mut places: Vec<Vec3> = Vec::new();
     let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();

@@ -154,7 +154,7 @@ pub struct Skipped {
 /// colours are read, and images that could not be read are no error. A faulty primitive is skipped.
 ///
 /// # Errors
-/// An [`ImportError`]; never a panic, whatever the bytes.
+/// An [`ImportError`]. No bytes cause a panic.
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     let bytes = std::fs::read(path).map_err(ImportError::Read)?;
     let folder = path.parent().unwrap_or(Path::new(""));

@@ -43,12 +43,13 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     side: 112,
     attempts: 8,
 };
-/// Number and side length of the pictures that measure how many pixels of each vertex are visible.
+/// Number and side length of the pictures that measure how many pixels of each vertex are visible. With few pixels, the
+/// visibility of small leaves is random; the time grows with the pixels.
 const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
 /// Levels aim to cover this share of the source's area.
 const TARGET_AREA: f32 = 0.98;
-/// Limit for the total correction of a level.
+/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area.
 const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area.
 const AREA_TOLERANCE: f32 = 0.003;

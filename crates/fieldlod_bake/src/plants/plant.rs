@@ -15,7 +15,7 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// Maximum number of times that a level is simplified again.
+/// Maximum number of times that a level is simplified again. Each time costs as much as the first.
 const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected.
 const AREA_TOLERANCE: f32 = 0.01;
@@ -34,7 +34,7 @@ pub(crate) struct Plant<'a> {
     is_plant: bool,
     /// Area that the source covers, measured on first use.
     coverage: OnceCell<Coverage>,
-    /// Extra growth of the next level's elements.
+    /// Factor for the areas of the next level's simplified elements.
     area_gain: f32,
     /// Whether a group of a finer level has elements.
     has_elements: bool,
@@ -45,7 +45,7 @@ pub(crate) struct Plant<'a> {
 pub(crate) struct PlantLevel<'a> {
     /// Share of the triangles to keep.
     pub(crate) ratio: f32,
-    /// Extra growth of elements.
+    /// Factor for the areas of simplified elements. It corrects the covered area.
     pub(crate) area_gain: f32,
     /// Number of pixels in which each vertex is visible; only for plants.
     pub(crate) visible_px: Option<Vec<f32>>,

@@ -36,8 +36,8 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// Removes meshes with at least `large_from_triangles` from `source`, and refers to the file `pages` instead. Skinned
-    /// and morphed meshes stay, because pages have neither joints nor morph targets.
+    /// Removes meshes with at least `large_from_triangles` from `source`, and refers to the file `pages` instead.
+    /// Skinned and morphed meshes stay, because pages have neither joints nor morph targets.
     pub(crate) fn new(
         mut source: UnpackedGltf,
         baked: BakedFile,

@@ -142,6 +142,7 @@ fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]
     let measured = distances(character, poses, &triangles);
     let mut deviation = 0.0f32;
     for (level, distances) in levels.iter_mut().zip(measured) {
+        // Deviations must not shrink towards coarser levels.
         deviation = deviation.max(distances.max());
         level.deviation = deviation;
     }
@@ -153,6 +154,7 @@ impl Level {
     }
 
     fn error(&self) -> f32 {
+        // Four times the root mean square may exceed the largest distance.
         (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
     }
 

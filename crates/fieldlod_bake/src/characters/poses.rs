@@ -174,7 +174,7 @@ fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pos
     bends.filter_map(pose).collect()
 }
 
-/// Each morph target at 1, in the bind pose.
+/// Each morph target at 1, in the bind pose. Targets with the same index in several parts move together.
 fn target_poses(character: &Character<'_>) -> Vec<Pose> {
     let targets = character.parts.iter().map(|part| part.rig.targets.len());
     let pose = |target: usize| {

@@ -238,6 +238,7 @@ impl SourceSurface {
     }
 
     fn effort(&self, triangles_of_level: usize) -> Effort {
+        // Larger meshes skip low parts of simplified triangles after fewer splits, to save time.
         let refines_all = self.refines_all || triangles_of_level <= SMALL_LEVEL;
         let all = [
             SPLITS,

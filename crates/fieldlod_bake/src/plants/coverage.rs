@@ -47,7 +47,7 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
 /// visibility of small leaves is random; the time grows with the pixels.
 const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
-/// Levels aim to cover this share of the source's area.
+/// Levels aim to cover at least this share of the source's area, and at most all of it.
 const TARGET_AREA: f32 = 0.98;
 /// Limit for the total correction of a level: a level of few leaves may never cover the wanted area.
 const MAX_CORRECTION: f32 = 2.5;
@@ -211,7 +211,8 @@ impl Response {
             (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
         });
         self.last = Some([gain, wanted_ratio]);
-        // The first guess is quadratic, because elements are only a part of the covered area.
+        // The first guess is quadratic, because elements are only a part of the covered area. Nearly equal ratios can
+        // give any power, so it is limited.
         let power = if power.is_finite() {
             power.clamp(0.5, 5.0)
         } else {

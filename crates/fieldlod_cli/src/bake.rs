@@ -39,8 +39,8 @@ pub(crate) struct Arguments {
     /// skinned or morphed meshes.
     #[arg(long, conflicts_with = "beside_source")]
     pages: bool,
-    /// Write a folder with three files: the scene with its nodes, materials and small meshes; a .fieldpages file with
-    /// the large meshes; a .fieldlod file with the levels of the small meshes.
+    /// Write a folder. Its .glb file holds the scene with nodes, materials and small meshes. Its .fieldpages file holds
+    /// the large meshes, and its .fieldlod file the levels of the small meshes.
     #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
     scene: bool,
     /// With --scene: meshes with fewer triangles stay in the scene, and all their levels stay in memory.

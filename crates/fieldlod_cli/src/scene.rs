@@ -13,6 +13,7 @@ use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
+/// Component types of glTF: 32-bit floating-point numbers and 32-bit indices.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 /// Extensions of primitives that do not refer to their vertices or triangles.

@@ -13,7 +13,7 @@ pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
 /// The margin covers parts whose squared distance is at most this factor times the largest.
 pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
-/// distance.
+/// distance. Larger shares are faster, but may miss the farthest point.
 const MAX_LOW_HEIGHT: f32 = 0.7;
 /// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may
 /// be above a gap.

@@ -23,6 +23,7 @@ const AREA_TOLERANCE: f32 = 0.01;
 /// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
 const MAX_REMOVED_GROWTH: f32 = 1.25;
 const MIN_KEPT: f32 = 0.6;
+/// [`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels) skips levels that keep over 0.75.
 const MAX_KEPT: f32 = 0.74;
 /// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
 const STUCK_MARGIN: f32 = 0.9;

@@ -27,7 +27,7 @@ pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, Me
 /// [`bake_mesh`], with a report of the fallbacks that were used.
 ///
 /// # Errors
-/// As [`bake_mesh`].
+/// The errors of [`bake_mesh`].
 pub fn bake_mesh_with_report(
     mesh: &SourceMesh,
     config: &BakeConfig,

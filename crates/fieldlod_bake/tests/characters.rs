@@ -276,7 +276,7 @@ fn verify_finds_changed_levels() {
     assert!(is_expected, "{understated:?}");
 }
 
-/// The scale of inverse bind matrices is no scale of the mesh.
+/// The scale of inverse bind matrices does not scale the mesh.
 #[test]
 fn scaled_inverse_binds_change_nothing() {
     let plain = &bake(&import(&mut character(1.0)))[0];

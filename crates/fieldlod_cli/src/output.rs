@@ -41,7 +41,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Prints a result as one JSON object or as text. A pipe that the reader closes early, such as `head`, is no failure.
+/// Prints a result as one JSON object or as text. A pipe that is closed early, for example by `head`, is ignored.
 ///
 /// # Errors
 /// A [`Failure`] of standard output.

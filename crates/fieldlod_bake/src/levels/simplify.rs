@@ -20,13 +20,13 @@ const ROUNDING: f32 = 1e-6;
 /// Methods of simplification, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// As `Moved`, but loose elements such as leaves keep their area.
+    /// Like `Moved`, but loose elements such as leaves keep their area.
     Elements,
     /// Vertices and attributes move to reduce the error. Topology and seams are kept.
     Moved,
     /// Vertices stay in place.
     Kept,
-    /// As `Moved`, but texture seams may tear. The error contains the difference of the texture coordinates.
+    /// Like `Moved`, but texture seams may tear. The error contains the difference of the texture coordinates.
     Torn,
     /// Vertices are merged on a grid.
     Sloppy,

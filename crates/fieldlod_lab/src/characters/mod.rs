@@ -89,7 +89,7 @@ fn half(clip: &Clip, is_second: bool) -> Clip {
 /// could not be baked are added to `failed`, a line for each; their characters are not measured.
 ///
 /// # Errors
-/// As [`Renderer::draw`].
+/// The errors of [`Renderer::draw`].
 pub fn measure(
     name: &str,
     mut import: Import,

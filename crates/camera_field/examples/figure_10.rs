@@ -32,8 +32,8 @@ fn main() -> Fallible {
     draw("figure_10.svg", (920, 560), |area| draw_cut(area, &camera))
 }
 
-/// At an angle off the axis: the distance of the level surface, relative to that on the axis; the angle between the
-/// gradient and the direction to the camera, `atan(3/2 tan φ)`, in degrees; and the strength, relative to the level.
+/// Returns three numbers at an angle off the axis: the distance of the level surface, relative to that on the axis; the
+/// angle between gradient and camera direction, `atan(3/2 tan φ)`, in degrees; the strength, relative to the level.
 fn gradient_at(camera: &Intrinsics, off_axis_deg: f64) -> [f64; 3] {
     let phi = off_axis_deg.to_radians();
     let radius = |phi: f64| camera.level_radius(1.0, phi.cos());

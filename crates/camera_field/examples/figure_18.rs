@@ -25,7 +25,8 @@ use glam::{DVec2, DVec3, dvec2, dvec3};
 
 /// Largest angle between a camera of a pair that is not parallel and the common axis. The smallest is a quarter of it.
 const MAX_TOE_IN_DEG: f64 = 12.0;
-/// Samples merge if their depths differ by less than this share.
+/// Samples merge if their depths differ by less than this share. Smaller shares keep copies of one surface; larger
+/// shares merge different surfaces.
 const SAME_DEPTH: f64 = 0.02;
 /// Number of shifts of the pixel grid. Counts are averaged over them, because those of a single alignment are noisy.
 const GRID_SHIFTS: u32 = 8;
@@ -57,7 +58,7 @@ fn main() -> Fallible {
     })
 }
 
-/// For each pair, how many per cent fewer samples merge at the convergent point than in two cameras at the average
+/// For each pair, the reduction of merged samples at the convergent point, in per cent of two cameras at the average
 /// position. The first has the same focal length, the second has the same density on the plane at the mean depth.
 fn compare(pairs: &[Merged]) -> [Vec<f64>; 2] {
     let average: [fn(&Merged) -> f64; 2] = [|m| m.average_same_focal, |m| m.average_same_density];
@@ -171,7 +172,7 @@ impl Scene {
         }
     }
 
-    /// Merged samples of ten parallel pairs or pairs that are not parallel, or of 40 further pairs with another seed.
+    /// Merged samples of ten pairs, `parallel` or not. If `further`, 40 other pairs.
     fn pairs(&self, parallel: bool, further: bool) -> Vec<Merged> {
         let (count, seed) = if further { (40, 100) } else { (10, 0) };
         let max_toe_in = if parallel { 0.0 } else { MAX_TOE_IN_DEG };

@@ -1,4 +1,4 @@
-//! The whole crate once more in `f64`, on glam's `DVec3`.
+//! The whole crate in `f64`, on glam's `DVec3`.
 //!
 //! The same source files are compiled with other type aliases, so both versions have the same
 //! formulas. The tests use this version, to separate errors of formulas from errors of rounding.

@@ -89,7 +89,7 @@
 //!    In the image, the radial stretch would count twice.
 //!    (`kernel_orientation_is_measured_across_the_sight_ray`)
 //! 7. §4.1.4: the filter counts as round. At grazing angles, the level is then sharper than the
-//!    longer axis of the filter needs. (`mip_level_is_the_mean_of_the_filter_axes`)
+//!    longer axis of the filter needs. (`mip_level_is_mean_of_filter_axes`)
 //! 8. (17, 18) divide by the *visible* area, which favours a camera that sees little.
 //!    (`whole_surface_statistics_count_unseen_surface`, in `applications.rs`)
 //! 9. Fig. 18 does not give the focal length of the camera at the average position. On a plane
@@ -105,9 +105,10 @@
 //!   of the area differs. With [`SplatKernel::map_sheared`], 7 % of the area differs.
 //!   [`SplatKernel::map_exact`] is exact and costs one division.
 //! - For parallel cameras, the convergent point merges fewer samples than the average position
-//!   (Fig. 18). This holds in at least nine of ten pairs if both cameras have the same focal length,
-//!   and in at least eight of ten if both have the same density.
-//! - For cameras that are not parallel, [`convergent_point`] merges fewer in at least six of ten.
+//!   (Fig. 18). With the same focal length, this holds in at least nine of ten pairs. With the same
+//!   density, it holds in at least eight of ten.
+//! - For cameras that are not parallel, [`convergent_point`] merges fewer samples in at least six of
+//!   ten pairs.
 //!
 //! # Guarantees
 //! - No formula allocates. Formulas take and return plain `Copy` values, and the crate's `clippy.toml`

@@ -1,6 +1,6 @@
 //! Speed of reading a baked file on one core, in megabytes of decoded arrays per second, with checksums and validation.
-//! Also bytes per source triangle of files with all vertices, and of files that are stored beside their source. Meshes
-//! have positions, normals and first texture coordinates.
+//! It also prints bytes per source triangle of files with all vertices, and of files that use the vertices of their
+//! source. Meshes have positions, normals and first texture coordinates.
 //!
 //! `cargo bench -p fieldlod_bake --bench load` measures generated meshes. If `FIELDLOD_MODELS` names a folder of glTF
 //! files, it measures their largest primitives instead. Times are thread times of the fastest batch. Results are

@@ -1,5 +1,5 @@
 //! Cost of reading a mesh in pages: bytes per source triangle of `.fieldpages` files with several page sizes, compared
-//! to a `.fieldlod` file. Also the size of the table of contents, and the speed of reading pages.
+//! to a `.fieldlod` file. It also prints the size of the table of contents, and the speed of reading pages.
 //!
 //! `cargo bench -p fieldlod_bake --bench pages` measures generated meshes. If `FIELDLOD_MODELS` names a folder of glTF
 //! files, it measures their largest primitives instead.

@@ -27,7 +27,7 @@ pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, Me
 /// [`bake_mesh`], with a report of the fallbacks that were used.
 ///
 /// # Errors
-/// As [`bake_mesh`].
+/// The errors of [`bake_mesh`].
 pub fn bake_mesh_with_report(
     mesh: &SourceMesh,
     config: &BakeConfig,
@@ -86,8 +86,8 @@ pub(crate) fn bake_valid_mesh(
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
-    // Measure levels of plants and torn textures on pictures. Other meshes keep the error of the simplifier, because it
-    // calibrates the pictures.
+    // Measure levels of plants and torn textures on pictures. Other meshes keep the error of the simplifier, to which
+    // the pictures are calibrated.
     let torn = report.first_torn_group().filter(|_| measures_tears);
     if config.measure_appearance && (report.has_aggregates || torn.is_some()) {
         measure_levels(&mut hierarchy, &surfaces, report.has_aggregates, torn);

@@ -31,9 +31,9 @@ pub struct BakeConfig {
     /// Measures on pictures at which distance levels of plants, other aggregates and torn textures look right. Without
     /// it, the error of an aggregate is that of its worst element, and that of a torn texture its longest edge.
     pub measure_appearance: bool,
-    /// Up to four primitives of one glTF mesh are baked [together](crate::bake_together) if they have fewer triangles
-    /// than this in total and many of these belong to loose elements. An example is a tree of bark and leaves. 0
-    /// disables it. [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more.
+    /// Triangle limit for baking up to four primitives of one glTF mesh [together](crate::bake_together). Many of the
+    /// triangles must belong to loose elements, as in a tree of bark and leaves. 0 disables it.
+    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more.
     pub together_below_triangles: usize,
 }
 

@@ -53,7 +53,7 @@ pub fn bake_file(
 /// [`bake_file`] for the bytes of a file. `beside` reads external buffers and images by name.
 ///
 /// # Errors
-/// As [`bake_file`].
+/// The errors of [`bake_file`].
 pub fn bake_file_bytes(
     bytes: &[u8],
     beside: &ReadBeside<'_>,

@@ -95,8 +95,8 @@ fn parts_of_a_character_have_equal_levels() {
     }
 }
 
-/// Levels have source vertices only, and vertices at one position have the same joints: a border that is closed in the
-/// bind pose is closed in all poses.
+/// Levels have source vertices only, and vertices at one position have the same joints. A border that is closed in the
+/// bind pose is therefore closed in all poses.
 #[test]
 fn parts_of_a_character_stay_closed_where_they_meet() {
     let parts = bake(&import(&mut character(1.0)));
@@ -153,7 +153,7 @@ fn files_hold_characters_beside_static_meshes() {
 
 /// Baked from bent joints, measured in clips.
 #[test]
-fn promise_holds_in_clips_that_the_bake_has_not_seen() {
+fn stated_deviation_holds_in_held_out_clips() {
     let mut import = import(&mut character(1.0));
     let clips = std::mem::take(&mut import.clips);
     let baked = bake(&import);
@@ -214,7 +214,7 @@ fn nodes_with_other_morph_weights_are_posed() {
 }
 
 #[test]
-fn clips_of_other_files_move_nodes_of_the_same_names() {
+fn clips_of_other_files_move_nodes_by_name() {
     let clips = import(&mut character_of(2, 1.0));
     let mut file = character_of(2, 1.0);
     file.json["animations"] = json!([]);
@@ -276,7 +276,7 @@ fn verify_finds_changed_levels() {
     assert!(is_expected, "{understated:?}");
 }
 
-/// The scale of inverse bind matrices is no scale of the mesh.
+/// The scale of inverse bind matrices does not scale the mesh.
 #[test]
 fn scaled_inverse_binds_change_nothing() {
     let plain = &bake(&import(&mut character(1.0)))[0];
@@ -392,7 +392,7 @@ fn odd_rigs_are_baked() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// An answer, whatever the bytes, and never a panic.
+    /// Any bytes give a result or an error, never a panic.
     #[test]
     fn survives_any_change(changes in prop::collection::vec((any::<u16>(), any::<u8>()), 1..8)) {
         let mut bytes = character_of(2, 1.0).glb_bytes();

@@ -168,7 +168,7 @@ fn texture_coordinates_of_every_format_are_imported() {
 }
 
 #[test]
-fn several_meshes_bake_in_the_order_of_the_file() {
+fn several_meshes_bake_in_file_order() {
     let mut file = GltfFile::empty();
     let meshes = [
         fixtures::rock(4, 1),

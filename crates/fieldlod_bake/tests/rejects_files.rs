@@ -189,7 +189,7 @@ fn damaged_json_is_rejected() {
         (
             "/accessors/0/componentType",
             json!(5125),
-            "a format that glTF does not know",
+            "a format that glTF does not allow",
         ),
         ("/accessors/3/count", json!(0), "it has no triangles"),
         (

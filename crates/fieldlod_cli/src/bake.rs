@@ -39,18 +39,18 @@ pub(crate) struct Arguments {
     /// skinned or morphed meshes.
     #[arg(long, conflicts_with = "beside_source")]
     pages: bool,
-    /// Write a folder: the scene with its nodes, materials and small meshes, a .fieldpages file with the large
-    /// meshes, and a .fieldlod file with the levels of the small meshes.
+    /// Write a folder. Its .glb file holds the scene with nodes, materials and small meshes. Its .fieldpages file holds
+    /// the large meshes, and its .fieldlod file the levels of the small meshes.
     #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
     scene: bool,
     /// With --scene: meshes with fewer triangles stay in the scene, and all their levels stay in memory.
     #[arg(long, default_value_t = 20_000, requires = "scene")]
     large_from: u64,
-    /// Baking speed, all-round use, small units, or fewest triangles at equal quality.
+    /// The bake's priority: speed, all-round use, small units, or fewest triangles at equal quality.
     #[arg(long, value_enum, default_value = "default")]
     preset: Preset,
-    /// Keep the vertices of open borders at all levels, so that separately baked meshes that meet there, such as tiles
-    /// of a terrain or parts of a kit, still meet at any level. Meshes of one file that meet keep meeting without.
+    /// Keep the vertices of open borders at all levels. Separately baked meshes that share a border, such as terrain
+    /// tiles or parts of a kit, then have no cracks at any level. Not needed for meshes of one file.
     #[arg(long)]
     lock_borders: bool,
     /// Other glTF files with animations of skinned meshes, for nodes with the same names. Names of animated nodes must be
@@ -148,7 +148,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let default_output = || input.with_extension(extension);
     let output = arguments.output.clone().unwrap_or_else(default_output);
     let started = Instant::now();
-    // Bakes may take minutes, so all that can fail before is checked before.
+    // A bake may take minutes, so errors of the paths are reported before it starts.
     if arguments.scene {
         check_scene_folder(input, &output)?;
     } else {
@@ -283,7 +283,7 @@ impl SceneFiles {
             write_whole(path, bytes)
         });
         if written.is_err() && is_new {
-            // This only removes an empty folder. The failure to report is the other one.
+            // This only removes an empty folder. The error of the write is reported.
             let _ = fs::remove_dir(folder);
         }
         let own = files[first_own..].iter();
@@ -356,7 +356,7 @@ fn bake_with_progress(
 /// Fails if `output` cannot be written, or if it is the input.
 fn check_writable(input: &Path, output: &Path) -> Result<(), Failure> {
     let folder = output.parent().filter(|folder| *folder != Path::new(""));
-    // Two names may lead to one file.
+    // Two different paths may refer to one file.
     let is_input = match (fs::canonicalize(input), fs::canonicalize(output)) {
         (Ok(input), Ok(output)) => input == output,
         _ => false,

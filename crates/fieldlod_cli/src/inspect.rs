@@ -85,7 +85,7 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
     if let Some(joint) = primitive.carrier_joint {
         let _ = writeln!(
             text,
-            "skinned: joint {joint} places it; all lengths hold in poses"
+            "skinned: joint {joint} places it; lengths hold in the poses of the bake"
         );
     }
     if primitive.source_vertices_left_out {

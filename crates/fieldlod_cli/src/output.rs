@@ -41,7 +41,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Prints a result as one JSON object or as text. A closed pipe, such as by `head`, is no failure.
+/// Prints a result as one JSON object or as text. A pipe that is closed early, for example by `head`, is ignored.
 ///
 /// # Errors
 /// A [`Failure`] of standard output.
@@ -81,7 +81,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let temporary = temporary_name(path);
     let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
     written.map_err(|error| {
-        // Ignore a failure here. The one above is reported.
+        // Ignore an error of the removal. The error of the write is reported.
         let _ = fs::remove_file(&temporary);
         Failure::new(path, format!("could not be written: {error}"))
     })

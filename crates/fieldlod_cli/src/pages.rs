@@ -27,10 +27,10 @@ struct MeshReport {
     /// Triangles of the source.
     source_triangles: u64,
     pages: usize,
-    /// Bytes of the file of the first page, and of the largest.
+    /// Bytes in the file of the first page, and of the largest page.
     first_page_bytes: u64,
     largest_page_bytes: u64,
-    /// Bytes on the GPU of the first page, and of all.
+    /// Bytes on the GPU of the first page, and of all pages.
     first_page_gpu_bytes: u64,
     gpu_bytes: u64,
 }

@@ -4,8 +4,8 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 
 use crate::summary::PrimitiveSummary;
 
-/// A grid is too coarse if its step is above this share of the median edge. Triangles then change visibly in shape and
-/// normal; below it, the step is about a pixel if an edge fills the screen.
+/// A grid is too coarse if its step is above this share of the median edge. Larger steps visibly change the shapes and
+/// normals of triangles. A step of this share is about a pixel if an edge fills the screen.
 const COARSE: f32 = 1e-3;
 
 /// The median length of the edges of each primitive's source.

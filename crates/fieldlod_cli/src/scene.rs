@@ -13,6 +13,7 @@ use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
 use thiserror::Error;
 
+/// Component types of glTF: 32-bit floating-point numbers and 32-bit indices.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 /// Extensions of primitives that do not refer to their vertices or triangles.
@@ -36,8 +37,8 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// Takes meshes with at least `large_from_triangles` out of `source`, and names `pages` in their place. Skinned and
-    /// morphed meshes stay, because pages have neither joints nor morph targets.
+    /// Removes meshes with at least `large_from_triangles` from `source`, and refers to the file `pages` instead.
+    /// Skinned and morphed meshes stay, because pages have neither joints nor morph targets.
     pub(crate) fn new(
         mut source: UnpackedGltf,
         baked: BakedFile,
@@ -69,7 +70,7 @@ impl Scene {
     }
 }
 
-/// Names of the files with images of a scene, as its JSON has them.
+/// URIs of the image files of a scene, as in its JSON.
 pub(crate) fn image_files(source: &UnpackedGltf) -> impl Iterator<Item = &str> {
     let files = each(&source.json, "images").filter_map(|image| image["uri"].as_str());
     files.filter(|uri| {
@@ -302,7 +303,7 @@ fn pack(
     let views = json.get_mut("bufferViews").and_then(Value::as_array_mut);
     for (number, view) in views.into_iter().flatten().enumerate() {
         if dropped.contains(&number) && !used.contains(&number) {
-            // Readers refuse an empty view, and an accessor without one.
+            // Readers reject an empty view, and an accessor without a view.
             *view = json!({ "buffer": 0, "byteOffset": 0, "byteLength": 4 });
             continue;
         }

@@ -11,7 +11,7 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) name: String,
     /// Vertices of the source.
     pub(crate) source_vertices: u32,
-    /// Whether the file leaves them out.
+    /// Whether the file omits the vertices of the source.
     pub(crate) source_vertices_left_out: bool,
     /// Vertices created by simplification.
     pub(crate) moved_vertices: u32,

@@ -15,9 +15,9 @@ use serde::Serialize;
 
 use crate::bake::add_clips;
 
-/// Check a .fieldlod file against its source: invariants, deviations at denser samples, holes,
-/// overlaps and flipped triangles in 200 random cuts, and pictures of each level from six sides. Skinned and morphed meshes
-/// are checked in the poses of their animations.
+/// Check a .fieldlod file against its source: invariants, deviations at denser samples, and pictures of each level from
+/// six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Skinned and morphed meshes are
+/// checked in the poses of their animations.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked.
@@ -55,7 +55,7 @@ struct PrimitiveReport {
     cuts: u32,
     flipped_area: f32,
     wrong_pixels: f32,
-    /// Of a skinned or morphed mesh.
+    /// Results of a skinned or morphed mesh.
     posed: Option<PosedReport>,
 }
 
@@ -64,7 +64,7 @@ struct PosedReport {
     poses: usize,
     /// The largest distance in these poses relative to the stated deviation.
     share: f32,
-    /// Bounds of the same while joints bend by up to 15°, 45° and 90°.
+    /// Bounds of the same ratio while joints bend by up to 15°, 45° and 90°.
     bounds: [f32; 3],
 }
 
@@ -107,7 +107,7 @@ fn verify_rigged_of(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveR
         let place = &primitive.place;
         let baked = file.find(place.mesh_index, place.primitive_index)?;
         let vertices = primitive.mesh.finite_vertices();
-        // A hierarchy of another mesh becomes an empty one, which has another hash, too.
+        // A hierarchy of another mesh becomes an empty hierarchy. Its hash also differs, so the check fails.
         let whole = baked.hierarchy.clone().with_source_vertices(&vertices);
         Some(whole.unwrap_or_default())
     });
@@ -171,17 +171,16 @@ impl PrimitiveReport {
         if let Some(posed) = &self.posed {
             let [a, b, c] = posed.bounds;
             return format!(
-                "{place}: pass; of the deviation stated, levels reach {:.3} in {} poses, and at most {a:.1}, {b:.1} and \
-                 {c:.1} if joints bend by 15°, 45° and 90°",
+                "{place}: pass; levels reach {:.3} of their stated deviation in {} poses, and at most {a:.1}, {b:.1} \
+                 and {c:.1} if joints bend by 15°, 45° and 90°",
                 posed.share, posed.poses
             );
         }
         match &self.fault {
             Some(fault) => format!("{place}: FAILED: {fault}"),
             None => format!(
-                "{place}: pass; of the deviation stated, {} samples reach {:.3} (source to \
-                 simplified) and {:.3} (back); {} cuts without holes, {:.2} % of area flipped, \
-                 {:.2} % of pixels wrong",
+                "{place}: pass; {} samples reach {:.3} (source to simplified) and {:.3} (simplified to source) \
+                 of the stated deviation; {} cuts without holes, {:.2} % of area flipped, {:.2} % of pixels wrong",
                 thousands(self.samples),
                 self.source_to_simplified,
                 self.simplified_to_source,

@@ -277,7 +277,7 @@ fn files_without_source_vertices_are_verified() {
     }
 }
 
-/// The file is the old one or the new one.
+/// A killed bake leaves the old file or the complete new file.
 #[test]
 fn stopped_bake_leaves_no_partial_file() {
     let folder = TempDir::new().unwrap();
@@ -315,7 +315,7 @@ fn wrong_command_lines_exit_with_2() {
 fn faulty_primitives_are_skipped_unless_strict() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 32);
-    // A second primitive whose triangles are no whole number.
+    // A second primitive whose number of indices is not a multiple of 3.
     change(&input, |json| {
         let mut indices = json["accessors"][1].clone();
         indices["count"] = json!(3 * 64 - 1);
@@ -390,7 +390,7 @@ fn verify_checks_skinned_meshes_in_poses() {
 }
 
 #[test]
-fn rejects_clips_of_other_characters_and_characters_in_pages() {
+fn rejects_foreign_clips_and_characters_in_pages() {
     let folder = TempDir::new().unwrap();
     let input = skinned_glb(folder.path(), 1.0);
     let other = grid_glb(folder.path(), 4);

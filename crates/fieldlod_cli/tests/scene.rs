@@ -225,7 +225,7 @@ fn images_are_copied_with_the_scene() {
 fn accessors_of_extensions_keep_their_indices() {
     let (_folder, input, output) = paths();
     let mut file = scene();
-    // Outlines of both meshes, as CESIUM_primitive_outline names them.
+    // CESIUM_primitive_outline refers to accessors of both meshes.
     for mesh in 0..2 {
         let primitive = &mut file.json["meshes"][mesh]["primitives"][0];
         let outline = json!({ "indices": primitive["indices"] });
@@ -246,7 +246,7 @@ fn accessors_of_extensions_keep_their_indices() {
 }
 
 #[test]
-fn stand_ins_keep_all_attributes() {
+fn coarsest_levels_in_scenes_keep_all_attributes() {
     let (_folder, input, output) = paths();
     let mut file = scene();
     let count = 129 * 129;

@@ -5,7 +5,7 @@
 //! - [`stability`] runs methods in cases in which users of other systems reported failures.
 //! - [`promise`] measures the guarantee from random cameras under random placements.
 //! - [`scenes`] compares triangles with and without visible flux in worlds of many instances.
-//! - [`characters`] measures the levels of skinned meshes in animations that the bake has not seen.
+//! - [`characters`] measures the levels of skinned meshes in held-out animations.
 //! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
 //! They share [`method`] (the compared methods), [`displacement`] and [`holes`] (geometric errors of a

@@ -41,7 +41,7 @@ pub(crate) struct PageEntry {
     pub(crate) failures: u32,
     /// Last frame with a demand for one of its groups.
     pub(crate) used_at: u64,
-    /// Time of this frame.
+    /// Time of the frame `used_at`, since the first frame.
     pub(crate) used_at_time: Duration,
     /// Missing pixels per byte, or the priority of a page that depends on this page if that is higher.
     pub(crate) priority: f32,

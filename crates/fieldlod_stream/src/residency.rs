@@ -29,7 +29,7 @@ const WAIT_FRAMES: [u64; 2] = [120, 7680];
 /// delays keep a broken disk busy; longer ones keep geometry coarse after the disk recovers.
 const RETRY_FRAMES: [u64; 2] = [30, 1920];
 /// Eviction of unused pages visits each mesh once in this number of frames. Visits cost time for each page of the mesh;
-/// rare visits evict later than the settings say.
+/// rare visits evict later than the setting demands.
 const SWEEP_FRAMES: u64 = 16;
 
 /// Tracks resident pages and decides which pages are loaded and evicted.

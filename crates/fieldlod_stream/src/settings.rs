@@ -9,7 +9,8 @@ pub struct StreamSettings {
     pub gpu_bytes: u64,
     /// Budget of main memory for pages that are being loaded, in bytes. A single page may exceed it.
     pub loading_bytes: u64,
-    /// Pages that are unused for longer than this are evicted even if there is room.
+    /// Pages that are unused for longer than this are evicted even if there is room. Short times load pages again after
+    /// the camera looks away for a moment; long times hold memory that nothing uses.
     pub keep_unused: Duration,
 }
 

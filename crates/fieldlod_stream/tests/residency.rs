@@ -115,7 +115,7 @@ fn coarsening_becomes_constant_with_a_small_budget() {
 }
 
 #[test]
-fn only_first_pages_load_if_they_exceed_the_budget() {
+fn only_first_pages_load_with_tiny_budget() {
     let mut world = world(first_page_bytes() / 2);
     assert!(world.residency.is_budget_too_small());
     for frame in 0..200u16 {

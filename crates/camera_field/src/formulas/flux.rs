@@ -5,8 +5,8 @@
 //!   = −C/2 · det(P₀, P₁, P₂) / (z₀ z₁ z₂)      for a triangle in view
 //! ```
 //!
-//! This closed form is ours: `c · n = −C (n · P) / z³`, where `n · P` is constant on the
-//! triangle, and `∫ z⁻³ da = area / (z₀ z₁ z₂)`. It is the signed area of the projected triangle
+//! This closed form is ours. On the triangle, `n · P` is constant in `c · n = −C (n · P) / z³`, and
+//! `∫ z⁻³ da = area / (z₀ z₁ z₂)`. The flux is the signed area of the projected triangle
 //! (Property 1), positive when the triangle faces the camera.
 //!
 //! The normal of a triangle is `(P₁ − P₀) × (P₂ − P₀)` and points to its front. Eq. 8 integrates over

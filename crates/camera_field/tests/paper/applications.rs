@@ -29,7 +29,7 @@ proptest! {
 
     /// At the mip level, one texel covers one square pixel.
     #[test]
-    fn mip_level_makes_a_texel_as_large_as_a_pixel(
+    fn mip_level_matches_texel_to_pixel_size(
         factor in 1e-3..1e6_f64, texels in 1e-3..1e9_f64, bias in -2.0..2.0_f64,
     ) {
         let level = mip_level(factor, texels, bias);

@@ -30,7 +30,7 @@ fn bounds(camera: &Intrinsics, center: Vec3, radius: f32) -> [SphereBound; 2] {
 
 proptest! {
     #[test]
-    fn sphere_bounds_hold_at_every_point_of_the_sphere(
+    fn sphere_bounds_hold_at_every_point(
         camera in off_centre_cameras(), center in points(), share in 0.0..1.5_f64,
     ) {
         let radius = share * center.length();
@@ -140,7 +140,7 @@ proptest! {
 
     /// Scaling the scene scales the bound, for lengths from 1e-18 to 1e18 units.
     #[test]
-    fn sphere_bounds_support_lengths_from_1e_18_to_1e18(p in points(), power in -16..16_i32) {
+    fn sphere_bounds_support_very_small_and_large_lengths(p in points(), power in -16..16_i32) {
         let camera = single(&common::square_camera(1000.0));
         let unit = 10.0_f64.powi(power);
         let near = camera.pixel_scale_over_sphere(p.as_vec3(), 0.0).or_infinity();

@@ -159,7 +159,7 @@ fn equal_strength_does_not_make_equal_projected_size() {
 /// §4.1.4 uses the geometric mean of the filter's axes. On a floor seen at 5°, the longer axis
 /// covers 3.4 times as many texels as the level assumes, which is 1.8 levels.
 #[test]
-fn mip_level_is_the_mean_of_the_filter_axes() {
+fn mip_level_is_mean_of_filter_axes() {
     let grazing = 5.0_f64.to_radians();
     let p = DVec3::Z * 10.0;
     let along = dvec3(0.0, grazing.sin(), grazing.cos());

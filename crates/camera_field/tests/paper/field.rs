@@ -25,7 +25,7 @@ proptest! {
 proptest! {
     /// Eq. 1–4: the number of samples on a segment is its projected length.
     #[test]
-    fn planar_strength_is_the_number_of_samples_per_length(
+    fn planar_strength_counts_samples_per_length(
         y in 0.1..100.0_f64, slope in -11.0..11.0_f64,
     ) {
         let camera = PlanarCamera { focal_px: 1e7, slope_min: -12.0, slope_max: 12.0 };

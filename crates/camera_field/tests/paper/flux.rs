@@ -60,7 +60,7 @@ proptest! {
 
     /// The clipped flux of a triangle is the sum over its pieces, and never exceeds the image.
     #[test]
-    fn clipped_flux_is_additive_and_at_most_the_image(
+    fn clipped_flux_is_additive_and_bounded(
         camera in off_centre_cameras(),
         corners in prop::array::uniform3(prop::array::uniform3(-9.0..9.0_f64)),
     ) {
@@ -77,7 +77,7 @@ proptest! {
     /// Eq. 11: patches with the same solid angle have the same flux. Here they are a piece of a sphere
     /// around the camera and a flat patch.
     #[test]
-    fn flux_through_patches_of_one_solid_angle_is_equal(
+    fn equal_solid_angles_have_equal_flux(
         camera in off_centre_cameras(), rho in 0.1..50.0_f64,
     ) {
         // The parameters are swapped, so that the front faces the camera.

@@ -44,7 +44,7 @@ proptest! {
 
     /// On the plane, the field of the equivalent camera equals the compound field.
     #[test]
-    fn equivalent_camera_has_the_compound_field_on_the_plane(
+    fn equivalent_camera_matches_compound_field_on_plane(
         cameras in parallel_pair(), x in -3.0..3.0_f64, y in -3.0..3.0_f64,
     ) {
         let equivalent = posed_in_parallel(&equivalent_camera(&cameras).unwrap());

@@ -66,7 +66,7 @@ proptest! {
     }
 
     #[test]
-    fn any_matrix_gives_a_usable_camera_or_an_error(
+    fn any_matrix_gives_a_camera_or_error(
         entries in prop::array::uniform16(proptest::num::f32::ANY),
         width in proptest::num::f32::ANY, height in proptest::num::f32::ANY,
     ) {

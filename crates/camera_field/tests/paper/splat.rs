@@ -43,7 +43,7 @@ proptest! {
     /// The product of the three steps of Fig. 13, in the plane perpendicular to the sight ray, is the
     /// derivative of the projection.
     #[test]
-    fn paper_kernel_is_the_affine_image_of_the_disk(
+    fn paper_kernel_is_affine_image_of_disk(
         camera in wide_cameras(), surfel in surfels(0.5),
     ) {
         let exact = shape(&SplatKernel::new(&camera, &surfel));
@@ -66,7 +66,7 @@ proptest! {
     }
 
     #[test]
-    fn exact_image_is_an_ellipse_around_a_shifted_centre(
+    fn exact_image_is_an_off_centre_ellipse(
         camera in wide_cameras(), surfel in surfels(0.9),
     ) {
         let kernel = SplatKernel::new(&camera, &surfel);
@@ -83,7 +83,7 @@ proptest! {
     /// The keystone is a third of curl over strength plus a distance term, which is zero for a disk
     /// perpendicular to the sight ray.
     #[test]
-    fn keystone_is_the_curl_term_and_the_distance_term(
+    fn keystone_is_sum_of_curl_and_distance_terms(
         camera in wide_cameras(), surfel in surfels(0.9),
     ) {
         let sight = surfel.center.normalize();

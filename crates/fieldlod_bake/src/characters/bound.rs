@@ -5,13 +5,12 @@
 //! m_b = Σ_i λ_i u_ib (y_i, 1)
 //! ```
 //! of the joints `b` with weights `u_ib`. The moments of two points at a distance `d` in the bind pose differ by
-//! `Δm_b`, and with any joint `r` the points are posed at most
+//! `Δm_b`. If joints do not stretch, the distance of the posed points is, for any joint `r`, at most
 //! ```text
 //! d + Σ_{b ≠ r} ‖(M_b − M_r) Δm_b‖
 //! ```
-//! apart, if joints do not stretch. A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most
-//! `2 sin(θ/2) ‖v − s p‖`. The joints that turn `b` against `r` are the joints above one of the two but not above the
-//! other.
+//! A joint that turns by θ about its pivot `p` moves a moment `(v, s)` by at most `2 sin(θ/2) ‖v − s p‖`. The joints
+//! that turn `b` against `r` are the joints above one of the two but not above the other.
 
 use std::collections::BTreeMap;
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Components per vertex. 6 describe nearly all of the motion of the characters measured; 12 leave room for other
 /// characters. The simplifier takes time and memory for each.
 pub(super) const CHANNELS: usize = 12;
-/// Iterations. The largest components converge first, and an inexact basis only mixes components.
+/// Number of iterations. The largest components converge first. An inexact basis mixes components, but loses little.
 const ITERATIONS: usize = 8;
 
 /// For each vertex, [`CHANNELS`] components of its positions in all `poses`, in local units.
@@ -82,6 +82,7 @@ fn orthonormalize(axes: &mut [[f32; CHANNELS]]) {
                 .for_each(|row| row[column] -= dot * row[other]);
         }
         let after = length(axes);
+        // Below this share of its length, only rounding errors are left of a column.
         let scale = if after > before * 1e-4 {
             after.recip()
         } else {

@@ -109,7 +109,7 @@ impl<'a> Character<'a> {
         character
     }
 
-    /// The joint that moves the largest area. Poses are relative to it, so that walking is no deformation.
+    /// The joint that moves the largest area. Poses are relative to it, because walking forward deforms nothing.
     pub(super) fn carrier_joint(&self) -> Option<u16> {
         self.joints_by_weight.first().copied()
     }

@@ -19,9 +19,9 @@ const SAMPLES: f32 = 4096.0;
 const MOST_ROWS: u32 = 12;
 /// Searches end early at distances below this share of the largest. These distances do not affect the choice of levels.
 const IGNORED: f32 = 0.25;
-/// A triangle is a needle if the squared sine of the angle at its first corner is smaller than this.
+/// A triangle is a needle if the squared sine of the angle at its first corner is smaller: its area is mostly rounding.
 const NEEDLE: f32 = 1e-9;
-/// One of this many distances is exact, and counts in the mean. Exact searches cannot end early.
+/// One search in this many is exact. Only exact distances count in the mean, but exact searches cannot end early.
 const EXACT_STEP: usize = 8;
 /// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller distances
 /// are lost to rounding; larger distances take copies away from their neighbours in the tree.

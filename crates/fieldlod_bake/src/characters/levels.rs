@@ -25,7 +25,7 @@ const ERROR_PER_RMS: f32 = 4.0;
 /// The largest number of vertices that 16-bit indices reach.
 const MOST_VERTICES: usize = 1 << 16;
 /// Ways to simplify. Each level uses the way that deviates least. A strength of 1 is best for the largest deviation of
-/// many characters, and 4 for the mean. Texture seams are kept or not, because hard-edged characters have too many to
+/// many characters, and 4 for the mean. Two ways let texture seams tear, because hard-edged characters have too many to
 /// keep.
 const WAYS: [Way; 4] = [
     Way {
@@ -142,6 +142,7 @@ fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]
     let measured = distances(character, poses, &triangles);
     let mut deviation = 0.0f32;
     for (level, distances) in levels.iter_mut().zip(measured) {
+        // Deviations must not shrink towards coarser levels.
         deviation = deviation.max(distances.max());
         level.deviation = deviation;
     }
@@ -153,6 +154,7 @@ impl Level {
     }
 
     fn error(&self) -> f32 {
+        // Four times the root mean square may exceed the largest distance.
         (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
     }
 

@@ -36,8 +36,8 @@ pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
 /// and number of levels.
 ///
 /// # Errors
-/// For each primitive, a [`MeshError`] if the configuration is out of range, or if a primitive of its character has
-/// more vertices than 16-bit indices allow.
+/// A [`MeshError`] for each primitive if the configuration is out of range. Also for all primitives of a character if
+/// one of them has more vertices than 16-bit indices allow.
 #[must_use]
 pub fn bake_rigged(import: &Import, config: &BakeConfig) -> Vec<(PrimitivePlace, RiggedResult)> {
     let bake = |character: Character<'_>| -> Vec<(usize, RiggedResult)> {

@@ -14,12 +14,12 @@ const CHOSEN: usize = 16;
 const MOST_CANDIDATES: usize = 1 << 12;
 /// Poses of one clip to choose from. Denser poses of a clip hardly differ.
 const MOST_OF_CLIP: usize = 64;
-/// Instances of a character with different weights of morph targets that are posed. Bounds the time for damaged files.
+/// Instances of a character that are posed with their own morph weights. Bounds the time for damaged files.
 const MOST_INSTANCES: usize = 16;
 /// Vertices by which poses are compared. They show which joints move; all vertices would cost as much as the bake.
 const COMPARED_VERTICES: usize = 256;
 /// Number of joints that are bent. Joints with the most weight come first. The rest are fingers and the like, which
-/// move little area.
+/// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated.
 const MOST_BENT: usize = 64;
 /// Angle by which joints are bent without clips, about each axis in both directions. Clips bend most joints less;
 /// larger bends make guarantees coarser.
@@ -29,7 +29,7 @@ const BEND: f32 = 1.3;
 const FEW: usize = 128;
 /// Angle by which joints are bent beside clips, which show the larger bends themselves.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
-/// Poses that levels are simplified for and chosen by. Each one costs a measurement of every candidate.
+/// Poses that guide the simplification and choose between its results. Each one costs a measurement of every candidate.
 const MOST_MADE_FOR: usize = 32;
 
 /// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
@@ -98,7 +98,7 @@ impl Pose {
 pub(super) struct Training {
     /// Poses in which levels are measured.
     pub(super) poses: Vec<Pose>,
-    /// Number of poses at the start that levels are simplified for and chosen by.
+    /// Number of poses at the start that guide the simplification and choose between its results.
     chosen: usize,
 }
 
@@ -174,7 +174,7 @@ fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pos
     bends.filter_map(pose).collect()
 }
 
-/// Each morph target at 1, in the bind pose.
+/// Each morph target at 1, in the bind pose. Targets with the same index in several parts move together.
 fn target_poses(character: &Character<'_>) -> Vec<Pose> {
     let targets = character.parts.iter().map(|part| part.rig.targets.len());
     let pose = |target: usize| {

@@ -1,12 +1,12 @@
 //! Simplification of a whole character with respect to its poses.
 //!
 //! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared
-//! change of an attribute, so their weight is
+//! change of an attribute. With P poses, N triangles to keep, and the area A in squares of the extent, their weight is
 //! ```text
 //! k / (extent √P) · √(N / 6A)
 //! ```
-//! with P poses, N triangles to keep, and the area A in squares of the extent. The area of one triangle then counts as
-//! much as the displacement of a vertex.
+//! The area of one triangle then counts as much as the displacement of a vertex. Without the second factor, the
+//! components have hardly any effect on the deviation.
 
 use bytemuck::NoUninit;
 use glam::Vec3;
@@ -34,14 +34,14 @@ pub(super) struct Way {
 pub(super) struct Simplifier<'a> {
     character: &'a Character<'a>,
     vertices: LevelVertices,
-    /// The vertices of flat triangles that are welded, by the first of them.
+    /// For each first vertex, the vertices of flat triangles that are welded to it.
     flat_vertices: FxHashMap<u32, Vec<u32>>,
     /// Protects the vertices where parts meet. Otherwise triangles would span two parts.
     between_parts: Vec<SimplifyVertex>,
     /// Triangles with welded vertices.
     indices: Vec<u32>,
     channels: Vec<[f32; CHANNELS]>,
-    /// The weight of channels for one triangle to keep and a strength of 1.
+    /// The weight of the channels if one triangle is kept and the strength is 1.
     channel_weight: f32,
 }
 

@@ -29,8 +29,8 @@ impl RiggedVerified {
     pub const BENT: [f32; 3] = [15.0, 45.0, 90.0];
 }
 
-/// Checks the hierarchies of all primitives that have a skin or morph targets: every invariant, and deviations in poses
-/// of the clips, of bent joints if the clips have few keyframes, and of morph targets.
+/// Checks the hierarchies of all primitives that have a skin or morph targets. Every invariant is checked. Deviations
+/// are measured in poses of the clips, of morph targets, and of bent joints if the clips have few keyframes.
 ///
 /// `baked` has a hierarchy for each primitive of the import. Hierarchies of other primitives are ignored. The result is
 /// in the order of the import.

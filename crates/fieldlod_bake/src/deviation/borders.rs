@@ -27,12 +27,13 @@ pub(super) fn sample_borders(source: &TriangleTree, triangles: &[[Vec3; 3]], far
 /// vertex.
 type Edge = (u32, u32, bool, u32);
 
-/// Edges that triangles use more often in one direction than in the other, and edges of a triangle that is used from
-/// both sides.
+/// Edges that triangles use more often in one direction than in the other. The outer edges of two-sided sheets also
+/// count, although their directions cancel.
 fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     let mut places: Vec<Vec3> = Vec::new();
     let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     let mut place = |point: Vec3| {
+        // Adding zero turns −0 into +0, so that both have the same bits.
         *place_of
             .entry((point + Vec3::ZERO).to_array().map(f32::to_bits))
             .or_insert_with(|| {
@@ -52,6 +53,7 @@ fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     edges.sort_unstable();
     let is_open = |same: &&[Edge]| {
         let upwards = same.iter().filter(|edge| edge.2).count();
+        // Both sides of a two-sided triangle have the same third vertex.
         let thirds = same.iter().all(|edge| edge.3 == same[0].3);
         upwards * 2 != same.len() || thirds
     };

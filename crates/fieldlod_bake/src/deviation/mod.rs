@@ -31,21 +31,23 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Distances below this, times the size of the mesh, are rounding errors.
+/// Distances below this, in scaled units, are rounding errors: three steps of an `f32` between 1 and 2.
 const ROUNDING: f32 = 4e-7;
 /// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
-/// with only such samples are not refined.
+/// with only such samples are not refined. A larger share is faster, but may miss the farthest point.
 const REFINE_ABOVE: f32 = 0.1;
-/// Meshes and levels with at most this many triangles are refined everywhere, because it costs little.
+/// Meshes with at most this many triangles are refined everywhere, because it costs little.
 const SMALL_MESH: usize = 1 << 15;
+/// Levels of larger meshes with at most this many triangles are refined everywhere, because it costs little.
 const SMALL_LEVEL: usize = 1 << 10;
 /// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
 /// triangle. Many small components have more vertices, and a few samples miss their farthest points.
 const MANY_COMPONENTS: f32 = 0.7;
-/// Maximum number of splits into quarters.
+/// Maximum number of splits into quarters. Each split halves the distance between samples.
 const SPLITS: u32 = 5;
-/// Maximum number of splits for triangles of a large source.
+/// Maximum number of splits for triangles of a large source, which are small.
 const SOURCE_SPLITS: u32 = 3;
+
 /// The source surface to which simplified surfaces are compared.
 pub(crate) struct SourceSurface {
     target: Target,
@@ -236,6 +238,7 @@ impl SourceSurface {
     }
 
     fn effort(&self, triangles_of_level: usize) -> Effort {
+        // Larger meshes skip low parts of simplified triangles after fewer splits, to save time.
         let refines_all = self.refines_all || triangles_of_level <= SMALL_LEVEL;
         let all = [
             SPLITS,

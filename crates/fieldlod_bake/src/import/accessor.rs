@@ -57,7 +57,7 @@ impl VertexReader<'_> {
         self.only.map_or(self.vertex_count, <[u32]>::len)
     }
 
-    /// As [`read_vectors`]. Faults name the `attribute`.
+    /// Calls [`read_vectors`]. Faults name the `attribute`.
     pub(super) fn read<const N: usize>(
         &self,
         accessor: &Accessor<'_>,

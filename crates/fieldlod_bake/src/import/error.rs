@@ -37,7 +37,7 @@ pub enum SkipReason {
     #[error("it is made of points or lines")]
     NotTriangles,
     /// Neither glTF nor `KHR_mesh_quantization` allows the format of the positions.
-    #[error("its positions are in a format that glTF does not know")]
+    #[error("its positions are in a format that glTF does not allow")]
     PositionFormat,
     /// The primitive has no triangles.
     #[error("it has no triangles")]

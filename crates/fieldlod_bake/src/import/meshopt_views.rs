@@ -1,6 +1,6 @@
 //! Buffer views compressed by `EXT_meshopt_compression` or its successor `KHR_meshopt_compression`.
 //!
-//! meshoptimizer decodes them. It trusts strides, counts and filters, so these are checked here. Numbers are
+//! meshoptimizer decodes them. It does not check strides, counts and filters; this module does. Numbers are
 //! little-endian in glTF and in memory; `fieldlod_hierarchy` does not build for other machines.
 
 use bytemuck::Pod;

@@ -151,10 +151,10 @@ pub struct Skipped {
 }
 
 /// Reads the triangle meshes of a `.gltf` or `.glb` file, with the surfaces of their materials. Only images of base
-/// colours are read, and images that could not be read are no error. A faulty primitive is skipped.
+/// colours are read. [`Import::unread_images`] lists images that could not be read. A faulty primitive is skipped.
 ///
 /// # Errors
-/// An [`ImportError`]; never a panic, whatever the bytes.
+/// An [`ImportError`]. No bytes cause a panic.
 pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
     let bytes = std::fs::read(path).map_err(ImportError::Read)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -164,7 +164,7 @@ pub fn import_gltf(path: &Path) -> Result<Import, ImportError> {
 /// [`import_gltf`] for the bytes of a file. `beside` reads external buffers and images by name.
 ///
 /// # Errors
-/// As [`import_gltf`].
+/// The errors of [`import_gltf`].
 pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import, ImportError> {
     let read = document::read(bytes)?;
     let document = &read.document;

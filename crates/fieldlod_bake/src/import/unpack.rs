@@ -11,6 +11,7 @@ use super::buffers::Buffers;
 use super::error::ImportError;
 use super::{ReadBeside, document, meshopt_views};
 
+/// Component type of glTF: 32-bit floating-point numbers.
 const FLOAT: u32 = 5126;
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 

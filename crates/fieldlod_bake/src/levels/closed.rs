@@ -16,6 +16,7 @@ impl Task<'_> {
         let mut links = Links::of(self.piece.vertices.len());
         links.add(self.piece.corners.iter().map(welded));
         links.remove(simplified.corners.iter().map(welded));
+        // The difference of both sums is zero where the open edges at a vertex stay the same.
         let firsts = self.same_position.iter().copied();
         let mut changed = firsts.filter(|&own| links.is_open(own));
         changed.all(is_border) && self.keeps_shared_borders(simplified, is_border)

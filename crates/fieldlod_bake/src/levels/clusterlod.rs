@@ -23,7 +23,7 @@ const NORMAL_WEIGHT: f32 = 0.5;
 /// clusterlod's; deviations are not measured.
 ///
 /// # Errors
-/// As [`bake_mesh`](crate::bake_mesh).
+/// The errors of [`bake_mesh`](crate::bake_mesh).
 pub fn clusterlod_hierarchy(
     mesh: &SourceMesh,
     config: &BakeConfig,

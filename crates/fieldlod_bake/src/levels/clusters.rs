@@ -83,6 +83,7 @@ fn halves_of(mut part: Vec<[u32; 3]>, vertices: &LevelVertices) -> Vec<Vec<[u32;
     let axis = (aabb.max - aabb.min).max_position();
     let along = |triangle: &[u32; 3]| vertices.position(triangle[0])[axis];
     let middle = part.len() / 2;
+    // Ties are broken by index. Otherwise the halves would depend on the order of equal triangles.
     part.select_nth_unstable_by(middle, |a, b| {
         along(a).total_cmp(&along(b)).then_with(|| a.cmp(b))
     });

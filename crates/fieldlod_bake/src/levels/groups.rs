@@ -7,7 +7,7 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::levels::clusters::Cluster;
 
-/// A unit needs 16-bit indices, and a cluster has at most 256 vertices.
+/// Limit for the clusters of a unit: a cluster has at most 256 vertices, and a unit has 16-bit indices.
 const MAX_CLUSTERS_IN_UNIT: usize = 128;
 
 /// A group with its units and the error of its simplification.

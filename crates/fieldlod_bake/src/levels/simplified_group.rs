@@ -107,6 +107,7 @@ impl SimplifiedGroup {
             let position = self.simplified.positions[own];
             let has_moved = position != self.piece.positions[own];
             let first = &mut first_at[self.same_position[own] as usize];
+            // A vertex with new attributes at its old position stays welded to the old vertices there.
             let new = NewVertex {
                 before,
                 position,

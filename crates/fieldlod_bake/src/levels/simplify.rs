@@ -11,21 +11,22 @@ use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::adapter;
 use crate::mesh::components::{Component, components_of};
 
-/// Groups with at most this many triangles never use `Sloppy`, which opens closed surfaces.
+/// Groups with at most this many triangles never use `Sloppy`, which opens closed surfaces. A coarsest level of this
+/// size is small enough, see [`BakeReport::MOST_COARSEST`](crate::BakeReport::MOST_COARSEST).
 const SLOPPY_ABOVE_TRIANGLES: usize = 512;
-/// Limit for the rounding of an unmoved vertex, in scaled units.
+/// The simplifier returns unmoved vertices with rounding errors of up to this, in scaled units.
 const ROUNDING: f32 = 1e-6;
 
 /// Methods of simplification, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Method {
-    /// As `Moved`, but loose elements such as leaves keep their area.
+    /// Like `Moved`, but loose elements such as leaves keep their area.
     Elements,
     /// Vertices and attributes move to reduce the error. Topology and seams are kept.
     Moved,
     /// Vertices stay in place.
     Kept,
-    /// As `Moved`, but texture seams may tear. The error contains the difference of the texture coordinates.
+    /// Like `Moved`, but texture seams may tear. The error contains the difference of the texture coordinates.
     Torn,
     /// Vertices are merged on a grid.
     Sloppy,
@@ -46,7 +47,7 @@ pub(crate) struct Task<'a> {
     pub(crate) ratio: f32,
     /// Whether this is the only group of its level.
     pub(crate) is_whole: bool,
-    /// Extra growth of elements.
+    /// Factor for the areas of simplified elements. It corrects the covered area.
     pub(crate) area_gain: f32,
     /// For each own vertex, the number of pixels in which it is visible; only for plants.
     pub(crate) visible_px: Option<Vec<f32>>,
@@ -105,7 +106,7 @@ impl Task<'_> {
         if simplified.corners.len() > most && method != Method::Elements {
             self.prune(&mut simplified, target);
         }
-        // A group without area still needs one triangle. For any other group, a single triangle is too few.
+        // An empty result gets one triangle. A small group with a single triangle left counts as stuck.
         if simplified.corners.is_empty() {
             simplified.corners.extend(&self.piece.corners[..3]);
         }
@@ -318,8 +319,8 @@ impl Task<'_> {
     }
 
     /// Length of the longest edge of a new or moved triangle if textures may be torn; otherwise 0.
-    /// With it as a lower bound for the deviation, a guarantee draws torn triangles only where they are smaller than
-    /// the allowed deviation.
+    /// It is a lower bound for the deviation. A guarantee then draws torn triangles only if they are smaller than the
+    /// allowed deviation.
     fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
         let tears = matches!(simplified.method, Method::Torn | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {

@@ -60,7 +60,7 @@ impl LevelStep<'_> {
         let local_from_scaled = self.vertices.local_from_scaled;
         let mut own = simplified.error_in_scaled;
         if !self.vertices.shows_tears(self.config) {
-            // Nothing measures how a torn texture looks.
+            // No picture measures the torn texture, so its longest edge counts.
             own = own.max(simplified.least_deviation_in_scaled);
         }
         let own_in_local = (own * local_from_scaled).min(f32::MAX);

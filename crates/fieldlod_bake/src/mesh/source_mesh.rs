@@ -69,7 +69,7 @@ pub enum MeshError {
     Config { field: &'static str },
 }
 
-// All levels together have about twice the triangles of the source, with three indices each.
+/// Limit for vertices and triangles. All levels together have about twice the triangles, with three indices each.
 const MAX_COUNT: usize = u32::MAX as usize / 8;
 
 impl Deref for SourceMesh {

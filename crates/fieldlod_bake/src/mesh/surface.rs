@@ -8,7 +8,7 @@ use crate::mesh::srgb::{linear_of, srgb_of};
 
 /// Largest side of a stored texture, in texels.
 const LARGEST_SIDE: u32 = 256;
-/// Each stored texel is the mean of at most this many samples along each axis.
+/// Each stored texel is the mean of at most this many samples along each axis. It bounds the time for large textures.
 const MAX_SAMPLES: u32 = 2;
 
 /// Base colour and alpha of a material.
@@ -258,7 +258,7 @@ impl Surface {
 }
 
 impl Texture {
-    /// The mip level with at most two texels in `area`, a share of the whole texture; the smallest level if none has.
+    /// The finest mip level with at most two texels in `area`, a share of the texture; otherwise the coarsest level.
     fn mip(&self, area: f32) -> &Mip {
         let last = &self.mips[self.mips.len() - 1];
         let texels = |mip: &&Mip| area * mip.size.as_vec2().element_product();

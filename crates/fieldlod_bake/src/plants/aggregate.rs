@@ -27,18 +27,18 @@ const MAX_ELEMENT_SHARE: f32 = 0.2;
 const MAX_TRIANGLES_TO_FLATTEN: usize = 8;
 /// A mesh is an aggregate if elements have at least this share of its triangles.
 const MIN_SHARE_IN_ELEMENTS: f32 = 0.25;
-/// An element that would keep less than this share of its area is restored.
+/// An element that would keep less than this share of its area is restored: rescaling would more than double the rest.
 const MIN_AREA_KEPT: f32 = 0.5;
 /// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
 const RESCALE_BELOW_AREA: f32 = 0.97;
-/// Surfaces between elements keep at least this share of their triangles.
+/// Surfaces between elements keep at least this share of their triangles, even if elements need the whole budget.
 const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements.
 const SURFACE_TOLERANCE: f32 = 0.5;
 /// Error of flattened and pruned elements, as a share of their radius. With it, pictures of trees at a given threshold
 /// are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
-/// Elements keep at least this share of their triangles.
+/// Elements keep at least this share of their triangles, even if surfaces use up the budget.
 const MIN_ELEMENT_RATIO: f32 = 0.125;
 
 /// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::mesh::surfaces::Surfaces;
 use crate::plants::picture::{Model, Picture, Viewpoint};
 
-/// Number of views of a mesh.
+/// Number of views of a mesh. The time grows with the number; few views miss sides of the mesh.
 const DIRECTIONS: usize = 12;
 /// Radius of the mesh in the largest picture, in pixels, and the number of sizes.
 const LARGEST_PX: f32 = 64.0;
@@ -26,7 +26,7 @@ const SAMPLES: usize = 2;
 /// Difference that is as good as 1 px: a root mean square, relative to the detail of the source. Smooth meshes at 1 px
 /// of error have 0.8 to 1.6; this is their mean.
 const DIFFERENCE_AT_1_PX: f32 = 1.25;
-/// Lower limit for the detail of a picture, from 0 to 1: differences are divided by it.
+/// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by it, and even pictures have little.
 const MIN_DETAIL: f32 = 0.002;
 /// Factor that the criterion applies to the error of a mesh whose normals point everywhere: √(1 + 0.4).
 const FACING_FACTOR: f32 = 1.183_216;

@@ -43,12 +43,13 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     side: 112,
     attempts: 8,
 };
-/// Number and side length of the pictures that measure how many pixels of each vertex are visible.
+/// Number and side length of the pictures that measure how many pixels of each vertex are visible. With few pixels, the
+/// visibility of small leaves is random; the time grows with the pixels.
 const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
-/// Levels aim to cover this share of the source's area.
+/// Levels aim to cover at least this share of the source's area, and at most all of it.
 const TARGET_AREA: f32 = 0.98;
-/// Limit for the total correction of a level.
+/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area.
 const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area.
 const AREA_TOLERANCE: f32 = 0.003;
@@ -210,7 +211,8 @@ impl Response {
             (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
         });
         self.last = Some([gain, wanted_ratio]);
-        // The first guess is quadratic, because elements are only a part of the covered area.
+        // The first guess is quadratic, because elements are only a part of the covered area. Nearly equal ratios can
+        // give any power, so it is limited.
         let power = if power.is_finite() {
             power.clamp(0.5, 5.0)
         } else {

@@ -18,14 +18,14 @@ use crate::plants::curve::Curve;
 /// own. It is below 1, because large leaves look worse than a few missing leaves; [coverage](crate::plants::coverage)
 /// adds growth if needed.
 const GROWTH: f32 = 0.6;
-/// Limit for the growth in one replacement.
+/// Limit for the growth in one replacement. An element without visible pixels would otherwise grow without limit.
 const MAX_GROWTH: f32 = 4.0;
-/// Share of an element's visible pixels that change if it is flattened.
+/// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned.
 const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
 /// would move its part differently.
 pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
-/// Limit for the growth of a flattened element.
+/// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
 const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
 impl Task<'_> {

@@ -212,6 +212,7 @@ fn brightness(mut normal: Vec3, view: &Viewpoint) -> f32 {
     if normal.dot(view.eye) < FLIP_BELOW {
         normal = -normal;
     }
+    // Ambient light keeps surfaces that face down or away from being black, so that their colours are compared as well.
     let sky = 0.5 + 0.5 * normal.y;
     let lamp = normal.dot(view.eye).max(0.0);
     0.15 + 0.55 * sky + 0.5 * lamp
@@ -252,7 +253,7 @@ pub(crate) struct Raster {
     columns: [usize; 2],
     rows: [usize; 2],
     corners: [Vec3; 3],
-    /// The inverse of twice the signed area.
+    /// The inverse of twice the signed area. The sign makes weights positive inside for both windings.
     per_area: f32,
 }
 
@@ -274,6 +275,7 @@ impl Raster {
             corners,
             per_area,
         };
+        // A triangle without area covers no pixel.
         per_area.is_finite().then_some(raster)
     }
 

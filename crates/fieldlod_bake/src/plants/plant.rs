@@ -15,7 +15,7 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// Maximum number of times that a level is simplified again.
+/// Maximum number of times that a level is simplified again. Each time costs as much as the first.
 const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected.
 const AREA_TOLERANCE: f32 = 0.01;
@@ -23,6 +23,7 @@ const AREA_TOLERANCE: f32 = 0.01;
 /// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
 const MAX_REMOVED_GROWTH: f32 = 1.25;
 const MIN_KEPT: f32 = 0.6;
+/// [`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels) skips levels that keep over 0.75.
 const MAX_KEPT: f32 = 0.74;
 /// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
 const STUCK_MARGIN: f32 = 0.9;
@@ -34,7 +35,7 @@ pub(crate) struct Plant<'a> {
     is_plant: bool,
     /// Area that the source covers, measured on first use.
     coverage: OnceCell<Coverage>,
-    /// Extra growth of the next level's elements.
+    /// Factor for the areas of the next level's simplified elements.
     area_gain: f32,
     /// Whether a group of a finer level has elements.
     has_elements: bool,
@@ -45,7 +46,7 @@ pub(crate) struct Plant<'a> {
 pub(crate) struct PlantLevel<'a> {
     /// Share of the triangles to keep.
     pub(crate) ratio: f32,
-    /// Extra growth of elements.
+    /// Factor for the areas of simplified elements. It corrects the covered area.
     pub(crate) area_gain: f32,
     /// Number of pixels in which each vertex is visible; only for plants.
     pub(crate) visible_px: Option<Vec<f32>>,

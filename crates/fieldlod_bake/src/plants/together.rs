@@ -44,7 +44,7 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// All meshes or none must have normals. Reports describe the common bake, except for the coarsest triangles.
 ///
 /// # Errors
-/// For each mesh, as [`bake_mesh`](crate::bake_mesh).
+/// For each mesh, the errors of [`bake_mesh`](crate::bake_mesh).
 #[must_use]
 pub fn bake_together(
     meshes: &[&SourceMesh],

@@ -19,7 +19,7 @@ const MOST_SIDE: usize = 256;
 const MARGIN: usize = 2;
 /// Pixels within this distance must show the same, because a silhouette may move by a pixel or two.
 const AROUND: usize = 2;
-/// With fewer pixels in all six pictures, the share of wrong pixels is chance.
+/// With fewer pixels in all six pictures, the share of wrong pixels is random.
 const FEWEST_PIXELS: usize = 48;
 
 /// Content of a pixel.

@@ -19,8 +19,8 @@ pub struct VerifySettings {
     pub tolerance: f32,
     /// Largest share of the area of a cut that may face away from the source.
     pub flipped_area: f32,
-    /// Largest share of the pixels of a level that may be missing or show a back face, in six pictures at the size at
-    /// which the error of the level is one pixel.
+    /// Largest share of the pixels of a level that may be missing or show a back face. It is measured in six pictures,
+    /// whose size makes the error of the level one pixel.
     pub wrong_pixels: f32,
 }
 

@@ -205,7 +205,7 @@ mod tests {
 
     /// Compares searches that end early with all triangles for all points.
     #[test]
-    fn no_point_is_worse_than_the_worst_that_is_found() {
+    fn worst_point_matches_an_exhaustive_search() {
         for mesh in [fixtures::rock(3, 1), fixtures::non_manifold_fan(300)] {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let (settings, compact) = (VerifySettings::default(), Compact::of(&mesh).unwrap());

@@ -8,7 +8,7 @@ use crate::hierarchy::Hierarchy;
 pub struct FileOptions {
     /// Precision of vertex attributes.
     pub precision: Precision,
-    /// Omits the source vertices and stores only moved vertices. Such a file is read with its source
+    /// Omits the source vertices and stores only moved vertices. The file is then read with its source
     /// mesh, by [`BakedFile::from_bytes_beside_source`].
     pub beside_source: bool,
 }

@@ -12,9 +12,9 @@ use crate::vertices::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";
-/// The file omits source vertices.
+/// Flag of an entry: the file omits source vertices.
 const BESIDE_SOURCE: u8 = 1;
-/// The index of a joint follows.
+/// Flag of an entry: the index of the carrier joint follows.
 const HAS_CARRIER_JOINT: u8 = 2;
 
 /// The directory entry of a primitive.

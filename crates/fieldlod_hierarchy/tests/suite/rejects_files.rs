@@ -103,7 +103,7 @@ fn rejects_broken_directories_with_matching_checksums() {
     let exact = strip_file().to_bytes();
     let quantized = strip_file().to_bytes_with(Precision::Quantized16.into());
     let sections = Directory::of(&exact).sections;
-    // The length of the second section, and the first section, which starts with the number of its groups.
+    // `entry` starts with the length of the second section. The first section starts with the number of its groups.
     let (entry, start) = (sections[1].entry, sections[0].bytes.start);
     rejects! {
         "name that is not text": exact, HEADER_BYTES + 12, [0xff] => Name { primitive: 0 },

@@ -1,4 +1,4 @@
-//! Levels of skinned and morphed meshes, in animations that the bake has not seen.
+//! Levels of skinned and morphed meshes, in held-out animations.
 //!
 //! The bake gets half of the clips: every second one, or the first half of each if there are few. The levels are measured in
 //! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
@@ -22,7 +22,7 @@ pub use pictures::{PictureOptions, Pictures};
 
 /// Files with more clips are split by clips, and others by time.
 const MANY_CLIPS: usize = 10;
-/// Held-out poses in which levels are measured.
+/// Largest number of held-out poses in which levels are measured. The time grows with the number.
 const MOST_POSES: usize = 64;
 
 /// The levels of one character, measured in held-out poses.
@@ -38,11 +38,11 @@ pub struct CharacterResult {
     pub poses: usize,
     /// Triangles and greatest deviation of each level, relative to the character's radius.
     pub levels: Vec<(usize, f32)>,
-    /// The same of the baseline.
+    /// Triangles and greatest deviation of each level of the baseline, relative to the character's radius.
     pub plain: Vec<(usize, f32)>,
-    /// The greatest deviation as a share of the one stated: pixels of displacement at a guarantee of 1 px.
+    /// The greatest ratio of measured to stated deviation. It equals the pixels of displacement at a guarantee of 1 px.
     pub of_promise: f32,
-    /// The same for the baseline and a promise that is measured in the bind pose.
+    /// The greatest ratio of the baseline's deviation to its deviation in the bind pose.
     pub plain_of_bind: f32,
     /// Triangles relative to the baseline at equal deviations.
     pub at_equal_deviation: Option<f64>,
@@ -89,7 +89,7 @@ fn half(clip: &Clip, is_second: bool) -> Clip {
 /// could not be baked are added to `failed`, a line for each; their characters are not measured.
 ///
 /// # Errors
-/// As [`Renderer::draw`].
+/// The errors of [`Renderer::draw`].
 pub fn measure(
     name: &str,
     mut import: Import,
@@ -118,7 +118,7 @@ pub fn measure(
         let poses = clip_poses(&character, &import, &held_out);
         let step = poses.len().div_ceil(MOST_POSES).max(1);
         let poses: Vec<Pose> = poses.into_iter().step_by(step).collect();
-        // Nothing is measured without a clip that moves it.
+        // Only characters that a held-out clip moves are measured.
         if poses.is_empty() {
             return None;
         }
@@ -214,7 +214,7 @@ impl<'a> Subject<'a> {
 pub fn table(results: &[CharacterResult]) -> String {
     let mut text = String::from(
         "held-out clips; triangles relative to plain simplification in the bind pose\n\
-         character         parts  triangles  poses  of promise  plain, of bind  at equal deviation  at equal RMSE\n",
+         character         parts  triangles  poses   of stated  plain, of bind  at equal deviation  at equal RMSE\n",
     );
     let or_none = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
     for result in results {

@@ -9,12 +9,12 @@ use crate::measure::image_error;
 use crate::props::{direction, eye};
 use crate::render::{RenderError, Renderer};
 
-/// How much is drawn.
+/// Numbers and sizes of the pictures.
 #[derive(Clone, Debug)]
 pub struct PictureOptions {
-    /// View directions.
+    /// Number of view directions.
     pub directions: u32,
-    /// Poses.
+    /// Number of poses.
     pub poses: usize,
     /// Radii on screen in pixels.
     pub radii_px: Vec<f32>,
@@ -27,7 +27,7 @@ pub struct Pictures {
     pub at_equal_rmse: Option<f64>,
     /// For each size, triangles and RMSE of the levels.
     pub rmse: Vec<Vec<(usize, f32)>>,
-    /// The same of the baseline.
+    /// For each size, triangles and RMSE of the levels of the baseline.
     pub plain_rmse: Vec<Vec<(usize, f32)>>,
 }
 
@@ -92,7 +92,7 @@ impl Pictures {
     }
 }
 
-/// The source and the levels in a pose, a unit each.
+/// A hierarchy with one unit for the source and one for each level, in a pose.
 fn posed<'a>(
     character: &'a Character<'_>,
     pose: &Pose,

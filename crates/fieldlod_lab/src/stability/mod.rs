@@ -23,7 +23,7 @@
 //! | bones or nodes scale a mesh | godot 57895, 59147 | `scaled bones`, `scaled mesh`, `scales` |
 //! | zoom is ignored | three.js 18557 | `zoom ignored`, `dolly zoom` |
 //! | flicker at a threshold | three.js 14565 | `flicker`, `head-bob`, `taa jitter` |
-//! | the window's size decides | cesium 4043 | `window size`, `window resize` |
+//! | the level depends on the size of the window | cesium 4043 | `window size`, `window resize` |
 //! | a narrow field of view refines at random | cesium-native 1138 | `narrow fov` |
 //! | one view's level is used in another | bevy 15084 | `shadow view`, `split screen` |
 //! | bounds that do not nest drop parts | the rule's documentation | `non-nested` |
@@ -55,7 +55,7 @@ pub const METHODS: [Method; 5] = [
 /// The threshold of all methods, in pixels.
 pub const THRESHOLD_PX: f32 = 1.0;
 /// A displacement of more than this multiple of the threshold is a fault. Other systems do not limit displacements, so
-/// a small excess is not a fault of theirs. A large excess is a visible jump.
+/// a small excess does not count as a fault. A large excess is a visible jump.
 pub const PROMISE_ALLOWANCE: f64 = 1.5;
 /// More triangles than this multiple of those of the guaranteed cut, or of the coarsest cut, are a fault. With a
 /// smaller ratio, small differences between criteria would be faults.

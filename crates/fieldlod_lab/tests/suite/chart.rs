@@ -65,7 +65,7 @@ fn chart_is_written_with_its_numbers() {
 }
 
 #[test]
-fn error_names_the_folder_that_could_not_be_written() {
+fn write_error_names_the_folder() {
     let Some((renderer, _lock)) = renderer() else {
         return;
     };

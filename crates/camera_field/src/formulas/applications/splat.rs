@@ -92,7 +92,7 @@ impl SplatKernel {
         let thin = tilt.try_normalize().unwrap_or(Vec2::X);
         let foreshorten =
             |e: Vec2| (e - thin * ((1.0 - facing.abs()) * thin.dot(e))) / facing.abs().sqrt();
-        // Second factor: the radial stretch by 1/cos φ, at equal area. Oblong pixels stretch likewise.
+        // Second factor: the radial stretch by 1/cos φ, at equal area. Oblong pixels add their own stretch.
         let stretch =
             |e: Vec2| radial * (e.x / cos_phi.sqrt()) + tangential * (e.y * cos_phi.sqrt());
         // Third factor: the size, from the area per unit of surface.

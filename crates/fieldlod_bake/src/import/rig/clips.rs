@@ -1,6 +1,6 @@
 //! Animation clips.
 //!
-//! Faulty channels and clips are left out. They are no error, because levels do not need them.
+//! Faulty channels and clips are left out without an error, because levels do not need them.
 
 use gltf::Document;
 use serde_json::Value;

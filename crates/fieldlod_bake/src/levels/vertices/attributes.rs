@@ -7,15 +7,17 @@ use crate::mesh::topology::SAME_UV;
 use crate::mesh::{MAX_COORDINATE, SourceMesh};
 
 /// Error of a unit normal that changes by 1, as a share of the extent of the simplified group. Between 0.25 and 0.5,
-/// triangles of scans at equal image error differ by less than 2 %; at 1 there are 4 % more.
+/// triangles of scans at equal image error differ by less than 2 %; at 1 there are 4 % more. Hard-edged scenes, each
+/// primitive simplified as a whole, had up to 20 % less image error at 0.1 than at 0.5.
 pub(crate) const NORMAL_WEIGHT: f32 = 0.45;
-/// Weight of a texture that slides along the surface, against an equal displacement of the surface. It holds for a
+/// Error of a texture that slides along the surface, relative to a surface that moves as far. The factor holds for a
 /// group as large as the mesh, and is proportionally smaller for a smaller group. At 0.15, textured props have 3 % more
 /// triangles at equal image error; at 1 there is no difference.
 const UV_WEIGHT: f32 = 0.5;
-/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`].
+/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. Smaller weights blur colours; larger weights spend
+/// triangles on them.
 const COLOR_WEIGHT: f32 = 0.25;
-/// Attributes with smaller differences are equal.
+/// Smaller differences of attributes are rounding errors of the simplifier.
 const ATTRIBUTE_TOLERANCE: f32 = 1e-5;
 
 /// Offsets and weights of the numbers in a row.
@@ -160,8 +162,8 @@ impl AttributeLayout {
         self.make_valid(row, &before);
     }
 
-    /// Row of a vertex on the back of a sheet. `own` is the row on the front; it comes from a vertex with the row
-    /// `front`, which has the row `back` behind it.
+    /// Row of a vertex on the back of a sheet. `own` is the row of its front vertex, which was moved from a vertex with
+    /// the row `front`. The back of that vertex has the row `back`.
     pub(crate) fn back_row(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
         let changes = own.iter().zip(front);
         let changed = back

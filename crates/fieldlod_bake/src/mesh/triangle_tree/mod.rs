@@ -380,7 +380,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(100))]
 
-        /// Moved triangles in the tree of others.
+        /// Compares a refitted tree with a new tree over the moved triangles.
         #[test]
         fn refitted_tree_matches_a_new_one(
             (soup, moved) in (1usize..80).prop_flat_map(|count| {
@@ -390,7 +390,7 @@ mod tests {
             points in prop::collection::vec(any_point(), 1..30),
         ) {
             let mut refitted = TriangleTree::new(soup.iter().copied());
-            // Copies of a triangle are one in the tree, wherever they move to.
+            // The tree keeps one of several equal triangles, so copies must not move apart.
             prop_assume!((0..soup.len()).all(|k| !soup[..k].contains(&soup[k])));
             refitted.refit(|id| moved[id as usize]);
             let new = TriangleTree::new(moved.iter().copied());

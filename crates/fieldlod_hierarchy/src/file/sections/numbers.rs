@@ -5,7 +5,7 @@
 //! 1, 2, 4 | numbers        1, 2 or 4 bytes per number
 //! 8 | length u32 | bytes   compressed by pco
 //! ```
-//! The reader knows the length of the sequence.
+//! The length of the sequence is stored elsewhere.
 
 use pco::{ChunkConfig, DeltaSpec, ModeSpec};
 

@@ -36,7 +36,7 @@ pub(crate) fn read(
     let counts = section.claim_geometry()?;
     let used = section.read_references(counts.references)?;
     let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
-    // Attributes follow the triangles, because these predict them.
+    // Attributes follow the triangles, because triangles predict attributes.
     let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
     section.read_vertex_order(added, &predictions)?;
     section.coded.rows.add_zeros(added);

@@ -39,7 +39,7 @@ pub(crate) fn write(
     let mut bytes = Vec::new();
     write_graph(&mut bytes, coded, from);
     write_references(&mut bytes, coded, from);
-    // Attributes follow the triangles, because these predict them.
+    // Attributes follow the triangles, because triangles predict attributes.
     let (symbols, predictions) = triangle_symbols(coded, from, unused_vertices);
     write_symbols(&mut bytes, &symbols);
     if !coded.is_page {
@@ -153,7 +153,7 @@ fn triangle_symbols(
 }
 
 fn write_symbols(bytes: &mut Vec<u8>, symbols: &Symbols) {
-    // Readers know the number of edges, because it equals the number of triangles.
+    // The number of edges equals the number of triangles, so it is not stored.
     numbers::write(bytes, &symbols.edges, Kind::Residuals);
     for numbers in [&symbols.vertices, &symbols.distances] {
         bytes.extend_from_slice(&(numbers.len() as u32).to_le_bytes());

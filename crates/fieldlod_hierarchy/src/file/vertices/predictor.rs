@@ -29,7 +29,7 @@ impl Predictor {
         self.known[vertex as usize]
     }
 
-    /// Adds the prediction of a vertex, unless it is known. Branchless, because this is unpredictable.
+    /// Adds the prediction of a vertex, unless it is known. Branchless, because known vertices occur irregularly.
     fn add(&mut self, prediction: Prediction) {
         let known = &mut self.known[prediction.target as usize - 1];
         self.predictions[self.count] = prediction;

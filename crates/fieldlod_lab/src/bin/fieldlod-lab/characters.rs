@@ -8,8 +8,8 @@ use fieldlod_cli::output::{Failure, print};
 use fieldlod_lab::characters::{self, CharacterResult, PictureOptions};
 use fieldlod_lab::render::Renderer;
 
-/// Bake characters with half of their clips and measure the levels in the other half: the greatest deviation over the
-/// one stated, and triangles at equal deviation and at equal picture error against plain simplification.
+/// Bake characters with half of their clips, and measure the levels in the other half: the greatest ratio of measured
+/// to stated deviation. Also compares triangles with plain simplification, at equal deviation and at equal image error.
 ///
 /// Pictures need a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]

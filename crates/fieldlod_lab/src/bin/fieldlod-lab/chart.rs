@@ -123,7 +123,7 @@ fn row(model: &ModelRatios, method: Method) -> String {
     format!("{:22}{}\n", method.name(), cells.concat())
 }
 
-/// Our thresholds that have the image errors at which methods are compared.
+/// The thresholds of this project's quality method at the image errors at which methods are compared.
 fn thresholds_text(report: &Report) -> String {
     let curves = report.curves.iter();
     let of_quality = curves.filter(|point| point.method == Method::Quality);

@@ -7,8 +7,8 @@ pub enum Offscreen {
     /// They are 0: the coarsest level is drawn.
     #[default]
     Coarsest,
-    /// They count as on the view's axis at the same distance and orientation, with the field strength `f²/ρ²`: for
-    /// objects that cast shadows into the view.
+    /// They count as on the view's axis at the same distance and orientation, with the field strength `f²/ρ²`. Objects
+    /// outside the view may cast shadows into it.
     OnAxis {
         /// Factor of the errors, above 0 and at most 1: smaller values draw coarser levels.
         bias: f32,
@@ -85,16 +85,16 @@ pub struct LodSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct AdvancedSettings {
-    /// A refined group stays refined until its error falls below this share of the thresholds, from 0 (it never
-    /// coarsens) to 1 (no hysteresis); larger values count as 1. It keeps levels from flickering near a threshold.
+    /// A refined group stays refined until its error falls below this share of the thresholds. 0 never coarsens, 1 is
+    /// no hysteresis, and larger values count as 1. It keeps levels from flickering near a threshold.
     pub hysteresis: f32,
     /// Aspect ratio cos φ of the sampling pattern (§3.4), from 0 to 1, below which the thresholds are relaxed; 0
     /// disables it. If even the least stretched part of a group has a smaller ratio, its error counts
-    /// `cos φ / min_aspect_ratio` times: displacements may reach `displacement_px · min_aspect_ratio / cos φ`, along
-    /// the radius of the image.
+    /// `cos φ / min_aspect_ratio` times. Displacements along the radius of the image may then reach
+    /// `displacement_px · min_aspect_ratio / cos φ`.
     pub min_aspect_ratio: f32,
-    /// Relative change κ of the sampling density across a group up to which one sample of the field at the group's
-    /// centre represents the group; above it the bound over the group's sphere does. 0 always uses the bound. It
+    /// Relative change κ of the sampling density across a group, up to which one sample of the field at the group's
+    /// centre represents the group. Above it, the bound over the group's sphere does. 0 always uses the bound. It
     /// applies to the screen-space error only, draws fewer triangles at the same threshold, and allows larger
     /// displacements of single points.
     ///
@@ -109,7 +109,7 @@ pub struct AdvancedSettings {
     /// Errors of groups outside the margin.
     pub offscreen: Offscreen,
     /// Additional margin, as a share of the image's size on each side, within which a refined group still counts as
-    /// visible: a group leaves the view later than it enters, so head-bob does not swap levels along the image's
+    /// visible. A group leaves the view later than it enters, so head-bob does not swap levels along the image's
     /// edge. Negative values count as 0.
     pub edge_hysteresis: f32,
 }
@@ -153,7 +153,7 @@ impl LodSettings {
         }
     }
 
-    /// No displacement above `displacement_px`, whatever the screen-space error.
+    /// No displacement above `displacement_px`. The screen-space error is not limited.
     #[must_use]
     pub fn guaranteed(displacement_px: f32) -> Self {
         Self {

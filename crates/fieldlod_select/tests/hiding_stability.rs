@@ -135,7 +135,7 @@ fn sway(frame: usize, period: usize) -> f32 {
     (phase * 4.0 - 2.0).abs() - 1.0
 }
 
-/// Out from behind a wall, to and fro at its corner, and fast turns: to the back and forward again a second later.
+/// The camera leaves the wall, sways at its corner, and turns fast to the back and, a second later, forward again.
 #[test]
 fn wall_before_a_row() {
     let paths: [fn(usize) -> View; 3] = [

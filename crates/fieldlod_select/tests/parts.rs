@@ -89,7 +89,7 @@ proptest! {
                 let wide = InstanceView::new(&view.with_margins(&settings), &placed.placement);
                 let wanted = (0..refined.len()).filter(|&group| refined[group] && !always[group]);
                 let wanted = wanted.map(|group| {
-                    // Computed after the decision: as of a group that is refined now.
+                    // `demand` runs after the decision, so the group counts as refined.
                     let error = group_error_px(&hierarchy.groups[group], &wide, &settings, true);
                     (group as u32, (!may[group]).then_some(error))
                 });

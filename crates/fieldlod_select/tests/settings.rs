@@ -19,7 +19,7 @@ fn cut_of(which: usize, view: &fieldlod_select::View, settings: &LodSettings) ->
     cut
 }
 
-/// Whether `finer` refines whatever `coarser` does.
+/// Whether `finer` refines all groups that `coarser` refines.
 fn holds(finer: &Cut, coarser: &Cut) -> bool {
     let mut pairs = coarser.refined().iter().zip(finer.refined());
     pairs.all(|(&coarser, &finer)| !coarser || finer)
@@ -200,7 +200,7 @@ fn refined_group_leaves_the_view_later_than_it_entered() {
 #[test]
 fn guarantee_without_deviations_draws_full_detail_in_view() {
     let settings = LodSettings::guaranteed(1e6);
-    // Nothing is promised behind the camera.
+    // The guarantee does not include groups behind the camera.
     for (target, is_seen) in [(Vec3::ZERO, true), (Vec3::Z * 100.0, false)] {
         let view = look(perspective(1.0), Vec3::Z * 50.0, target);
         let cut = cut_of(4, &view, &settings);

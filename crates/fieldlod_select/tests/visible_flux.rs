@@ -1,4 +1,5 @@
-//! Hidden instances count less: at once when they come into view, late when they go out of it.
+//! Hidden instances are drawn coarser. They are refined in the frame in which they appear, and coarsened some frames
+//! after they disappear.
 
 mod common;
 

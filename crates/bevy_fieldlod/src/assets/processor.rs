@@ -19,8 +19,8 @@ use crate::assets::glb;
 ///
 /// It works while [`AssetPlugin`] processes assets: with `AssetMode::Processed` and Bevy's `asset_processor` feature.
 /// The processed files are glTF with an additional chunk, which other readers ignore. The shipped game needs neither
-/// this plugin nor the `bake` feature. The bake of leaves reads PNG and JPEG images beside the file, and runs again when
-/// these change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
+/// this plugin nor the `bake` feature. The bake of leaves reads PNG and JPEG images beside the file, and runs again
+/// when these change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
 ///
 /// ```no_run
 /// use bevy::prelude::*;

@@ -1,8 +1,8 @@
 //! Updates the lists of visible entities in the render world, where the GPU culls.
 //!
 //! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. This module removes units and
-//! the sources of units from the lists of views that do not draw them, and adds them again as cuts change. Shadow views
-//! have the lists of their camera. Views that are newer than an entity, or that change their layers, get new lists: Bevy
+//! their sources from the lists of views that do not draw them, and adds them again as cuts change. Shadow views have
+//! the lists of their camera. Views that are newer than an entity, or that change their layers, get new lists: Bevy
 //! adds only changed entities, and treats a view without layers as one that sees all layers.
 
 use std::any::TypeId;

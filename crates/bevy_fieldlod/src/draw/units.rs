@@ -147,8 +147,8 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
 
 /// Draws the source of objects with a unit whose mesh could not be made.
 ///
-/// A program has changed or removed the source in this frame, and the event arrives in the next frame. Without the unit,
-/// the surface would have a hole until then.
+/// A program has changed or removed the source in this frame, and the event arrives in the next frame. Without the
+/// unit, the surface would have a hole until then.
 fn draw_sources_of_missing_units(world: &mut World, spawns: &[UnitSpawn]) {
     for spawn in spawns.iter().filter(|spawn| spawn.mesh.is_none()) {
         if let Ok(mut object) = world.get_entity_mut(spawn.unit.object)
@@ -188,10 +188,11 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     Some(unit)
 }
 
-/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second, so that
-/// a camera that turns back finds its units.
+/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second. With fewer,
+/// a camera that turns back spawns its units again; with more, more idle entities and meshes exist.
 const IDLE_FRAMES: u32 = 60;
-/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together.
+/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together. With more,
+/// a frame takes longer; with fewer, idle units exist longer.
 const MOST_DESPAWNED: usize = 256;
 
 /// Despawns units that no view has drawn for [`IDLE_FRAMES`].

@@ -23,8 +23,8 @@ use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Limit of concurrent reads. Further reads are queued. With few, the latency of a disk limits its rate; with thousands,
-/// pages that a view has left are read before those that it needs.
+/// Limit of concurrent reads. Further reads are queued. With few, the latency of a disk limits its rate; with
+/// thousands, pages that a view has left are read before those that it needs.
 const MAX_CONCURRENT_READS: usize = 32;
 /// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second.
 const SLOW: Duration = Duration::from_secs(2);

@@ -13,7 +13,7 @@ use crate::lanes::{Lane, V3};
 /// Texels along the longer side of the image. A larger image takes longer to draw; in a smaller one,
 /// small instances have too few texels.
 const LONGER_SIDE: f32 = 256.0;
-/// Least side in texels; sides are multiples of it, one element of lanes.
+/// Least side in texels: one element of lanes. Sides are multiples of it.
 const LEAST_SIDE: usize = 8;
 /// Bound of the rounding of positions, in texels.
 const ROUNDING: f32 = 0.01;

@@ -142,7 +142,7 @@ fn view(eye: Vec3, turn: Quat) -> View {
     View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
 }
 
-/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
+/// A rock as units and as a whole mesh, and a mesh of NaN and of triangles without area.
 fn meshes(scene: &mut Scene) -> [MeshId; 3] {
     std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
 }

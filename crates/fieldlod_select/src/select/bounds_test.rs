@@ -6,8 +6,8 @@
 //! ```text
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
-//! so that a sphere passes if `e k/τ + r ≤ ρ`, with `k` the factor before `e √W` or `d`: in local space and without a
-//! root, `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. A
+//! A sphere passes if `e k/τ + r ≤ ρ`, where `k` is the factor before `e √W` or `d`. In local space and without a root,
+//! the test is `(e k/τ + r)² ≤ |p − eye|²`: the sphere test of rotation-invariant metrics with another constant. A
 //! sphere that reaches the camera or holds NaN never passes.
 //!
 //! # Outside
@@ -89,8 +89,8 @@ pub(super) struct BoundsTest {
 }
 
 impl BoundsTest {
-    /// The test of groups within `size` of the local origin that enter or leave the view of a camera, and may move by
-    /// `drift` in it.
+    /// The test of groups that enter or leave the view of a camera. They are within `size` of the local origin, and may
+    /// move by `drift` in camera space.
     pub(super) fn new(
         instance: &InstanceView,
         size: f32,

@@ -16,7 +16,7 @@ use proptest::prelude::*;
 /// How many [`hierarchies`] there are.
 pub(crate) const HIERARCHIES: usize = 7;
 
-/// Closed and open, baked and synthetic, measured and not, in pieces and as a whole.
+/// Closed and open, baked and synthetic, with and without deviations, as units and as whole meshes.
 pub(crate) fn hierarchies() -> &'static [Hierarchy] {
     static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
     BAKED.get_or_init(|| {

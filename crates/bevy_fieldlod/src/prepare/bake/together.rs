@@ -1,4 +1,4 @@
-//! Bakes the primitives of one glTF mesh together, such as the bark and the leaves of a plant, so that their levels
+//! Bakes the primitives of one glTF mesh together, for example the bark and the leaves of a plant. Their levels then
 //! change at the same distances.
 
 use std::sync::{Arc, OnceLock};

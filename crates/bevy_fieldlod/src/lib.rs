@@ -40,7 +40,7 @@
 //! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
 //!   [`Mesh3d`]. The component does not change, and Bevy still batches instances of a level. All views draw the finest
 //!   level that a view needs.
-//! - For large meshes, each view draws its own *cut*: each piece of the surface has the coarsest level with an error
+//! - For large meshes, each view draws its own *cut*. Each piece of the surface has the coarsest level with an error
 //!   below the camera's threshold. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
 //!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. If the GPU
 //!   culls, the plugin updates the lists of the render world as cuts change; otherwise it filters the lists of Bevy's

@@ -1,8 +1,8 @@
 //! Removes the source meshes of units from the GPU while no view draws them, and uploads them again.
 //!
 //! Bevy keeps a mesh on the GPU while any handle refers to it. Once all entities with a source are drawn as units, this
-//! module reports the source to Bevy's render world as removed. In the frame in which an entity or a view draws the
-//! source again, the module reports it as added, with the data from main memory.
+//! module reports the source to Bevy's render world as removed. In the frame in which the source is drawn again, the
+//! module reports it as added, with the data from main memory.
 //!
 //! The users of meshes are searched only after a change that may affect the result, so most frames cost nothing.
 

@@ -30,7 +30,8 @@ const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,
 };
-/// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too.
+/// One instance takes at most one part in this number of the remaining budget. With a smaller number, a large instance
+/// leaves little for others; with a larger one, its level is coarser.
 const SHARE_OF_REST: u32 = 4;
 /// Points that take as long as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 32;

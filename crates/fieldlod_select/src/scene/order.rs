@@ -3,7 +3,7 @@
 
 use glam::Vec3;
 
-/// Bits of a coordinate in a code.
+/// Bits of a coordinate in a code: three coordinates fit into 64 bits.
 const BITS: u32 = 21;
 
 /// Sorts items by their places on a Morton curve through the box of all items, and items at the same place by value.

@@ -7,7 +7,7 @@
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
 //! A sphere passes if `e k/τ + r ≤ ρ`, where `k` is the factor before `e √W` or `d`. In local space and without a root,
-//! the test is `(e k/τ + r)² ≤ |p − eye|²`: the sphere test of rotation-invariant metrics with another constant. A
+//! the test is `(e k/τ + r)² ≤ |p − eye|²`. Rotation-invariant metrics have the same test with another constant. A
 //! sphere that reaches the camera or holds NaN never passes.
 //!
 //! # Outside

@@ -1,11 +1,11 @@
 //! The motion of the camera within which a cut of groups stays the same.
 //!
 //! The camera travels by `t` and turns by `θ`. A point at the distance `ρ` is displaced by at most `t + θ ρ` in camera
-//! space; its direction to the camera changes by at most `t / (ρ − t)`. The criterion bounds the field over a group's
+//! space. Its direction to the camera changes by at most `t / (ρ − t)`. The criterion bounds the field over a group's
 //! sphere. If the displacement is added to the sphere's radius, the bound holds for every displaced group. If it is
 //! subtracted, even below zero, every displaced group has an equal or larger bound. The cut holds for the whole motion
-//! if groups that are not refined stay below the threshold by the first bound, and refined groups above it by the
-//! second.
+//! under two conditions. Groups that are not refined stay below the threshold by the first bound; refined groups stay
+//! above it by the second.
 
 use super::frame::{Frame, Input};
 use crate::criterion::Motion;

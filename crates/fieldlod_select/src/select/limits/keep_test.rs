@@ -358,8 +358,8 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        // The sphere has an excess for rounding; the bound may be too low by 4 to 6 times the excess over the
-        // gap.
+        // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
+        // excess over the gap.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
         let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);

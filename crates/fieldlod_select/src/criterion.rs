@@ -25,6 +25,10 @@
 //!
 //! The screen error is RMS-like: it weighs errors by their area in the picture, and is not an upper bound of a
 //! displacement.
+//!
+//! Bounds of the criterion save most evaluations, and must follow a change of it: [`limits`] (of a level),
+//! [`error_bounds`] and `select/bounds_test.rs` (of many groups), `select/limits/keep_test.rs` (of whole instances),
+//! and [`Drift`] (of a moving camera). `tests/matches_naive.rs` compares the result with the criterion.
 
 pub(crate) mod error_bounds;
 pub(crate) mod extent;

@@ -74,7 +74,7 @@ pub struct SceneApp {
 #[derive(Component)]
 struct Distances([f32; 2]);
 
-/// Moves an object along its way and back to its start.
+/// Moves an object along its way, again and again from its start.
 #[derive(Component)]
 struct Drives {
     from: Vec3,
@@ -271,11 +271,11 @@ impl SceneApp {
         .sum()
     }
 
-    /// Entities that have a place.
+    /// The number of entities of the scene.
     #[must_use]
     pub fn entities(&self) -> usize {
         let entities = self.stage.app.world().iter_entities();
-        // Not the camera and the sun.
+        // The camera and the sun are not counted.
         entities
             .filter(EntityRef::contains::<GlobalTransform>)
             .count()

@@ -23,7 +23,7 @@ use levels::PropLevels;
 /// Props and their places. They are the same in each run.
 #[derive(Debug)]
 pub struct Scene {
-    /// For tables.
+    /// The name in tables.
     pub name: &'static str,
     props: Vec<Prop>,
     blocks: Vec<Block>,
@@ -46,7 +46,7 @@ pub struct Scene {
 #[derive(Debug)]
 struct Prop {
     parts: Vec<Part>,
-    /// In the world, for the distances of hand-made levels.
+    /// The radius in the world, for the distances of hand-made levels.
     radius: f32,
     /// Whether the meshes are children of an entity. Several meshes always are.
     has_node: bool,
@@ -77,12 +77,12 @@ struct Block {
 struct Place {
     prop: usize,
     at: Transform,
-    /// The way that it drives back and forth, if it moves.
+    /// The way that it drives again and again, if it moves.
     way: Option<Vec3>,
 }
 
 impl Part {
-    /// A prop whose mesh has positions, normals and texture coordinates only.
+    /// A part with positions, normals and texture coordinates only.
     fn new(mut source: SourceMesh, paint: usize) -> Self {
         source.colors.clear();
         source.tangents.clear();

@@ -33,7 +33,7 @@ static ROCKS: LazyLock<BakedFile> = LazyLock::new(|| {
     }
 });
 
-/// In small pages, so that there are many.
+/// A file of both rocks with many small pages.
 static PAGES: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let options = PageOptions {
         page_bytes: 16 << 10,
@@ -125,7 +125,7 @@ fn streamed_mesh_equals_whole_mesh() {
     let shelf = Shelf::default();
     shelf.put("whole.fieldlod", ROCKS.to_bytes());
     shelf.put("parts.fieldpages", PAGES.clone());
-    // Once more with a reader that cannot seek.
+    // The second round uses a reader that cannot seek.
     for _ in 0..2 {
         let [whole, parts] = ["whole.fieldlod", "parts.fieldpages"].map(|file| {
             let (mut app, camera) = app_of(&shelf, ROOMY);

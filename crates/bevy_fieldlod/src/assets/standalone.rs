@@ -20,7 +20,7 @@ use crate::scene::unit_mesh::{source_indices, source_mesh};
 ///
 /// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of
 /// an existing [`AutoLod`]. Entities of the same primitive share the mesh and the levels. Removing this component
-/// removes the [`Mesh3d`] and the [`AutoLod`].
+/// removes the [`Mesh3d`] and the [`AutoLod`]. A failure triggers [`LodFailed`](crate::LodFailed).
 /// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
 /// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
 ///   in the background as views need them, and evicted to keep the budgets of

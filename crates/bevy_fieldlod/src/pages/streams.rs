@@ -26,14 +26,15 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 /// Limit of concurrent reads. Further reads are queued. With few, the latency of a disk limits its rate; with
 /// thousands, pages that a view has left are read before those that it needs.
 const MAX_CONCURRENT_READS: usize = 32;
-/// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second.
+/// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second, so that a
+/// shorter duration logs healthy drives.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// The streamed meshes, and their pages that are being loaded.
 #[derive(Resource)]
 pub(super) struct PageStreams {
     residency: Residency,
-    /// The paged mesh of each source mesh. It may be here before its first page is prepared.
+    /// The paged mesh of each source mesh. It is added before its first page is prepared.
     pub(super) sources: HashMap<AssetId<Mesh>, MeshInPages>,
     meshes: HashMap<StreamMeshId, StreamedMesh>,
     by_mesh: HashMap<MeshId, StreamMeshId>,
@@ -118,8 +119,8 @@ impl PageStreams {
         }
     }
 
-    /// Reports the groups that a view refines or would refine. Returns how many are missing, and the largest error of
-    /// the coarser geometry that is drawn instead, in pixels.
+    /// Reports the groups that a view refines, or would refine if they were in memory. Returns how many are missing,
+    /// and the largest error of the coarser geometry that is drawn instead, in pixels.
     fn report_demand(&mut self, scene: &LodScene, cut: &ViewCut) -> (u32, f32) {
         let Self {
             residency, by_mesh, ..

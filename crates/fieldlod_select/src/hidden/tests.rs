@@ -17,7 +17,8 @@ use crate::scene::MeshId;
 /// An image by instances: nearness, and who owns it.
 type Image = (Vec<f32>, Vec<u32>);
 
-/// Every texel of every triangle and point, one by one; points end where none of a stretch is in front.
+/// Draws every triangle and point texel by texel. Asserts that points end at the first stretch without a point in
+/// front.
 fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> Image {
     let texels = buffer.plane.width * buffer.plane.height;
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
@@ -42,7 +43,7 @@ fn draw_skipped(scene: &Scene, buffer: &OcclusionBuffer, image: &mut Image) {
     }
 }
 
-/// One instance; for each stretch of points whether any was in front of what was drawn before.
+/// Draws one instance. Returns for each stretch of points whether any point was in front of earlier surfaces.
 fn draw_naively(
     scene: &Scene,
     buffer: &OcclusionBuffer,
@@ -183,7 +184,7 @@ proptest! {
     ) {
         let mut scene = Scene::default();
         let meshes = meshes(&mut scene);
-        // Before, behind and around the eye; mirrored and flat. The first one hides many others.
+        // Instances are before, behind and around the eye, some mirrored or flat. The first one hides many others.
         scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
         for (mesh, at, scale) in placed {
             let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 12.0) - Vec3::Z * 7.0;

@@ -41,7 +41,7 @@ pub(super) struct CameraBounds {
     is_orthographic: bool,
     /// `None` if groups outside the view have errors too.
     sides: Option<Planes>,
-    /// Pixels times distance of errors and, where they count, of deviations.
+    /// Pixels times distance for errors and, if they count, for deviations.
     error_px: f32,
     deviation_px: Option<f32>,
 }

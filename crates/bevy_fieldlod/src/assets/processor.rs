@@ -108,7 +108,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
         wanted.push(name.to_owned());
         Err(io::ErrorKind::NotFound.into())
     };
-    // The error is ignored here, because the bake reports it.
+    // An import that finds no file collects the names. Its error is ignored, because the bake reports it.
     let _ = import_gltf_bytes(glb, &want);
     let mut files = Files::new();
     for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {

@@ -100,6 +100,7 @@ impl PageStreams {
     /// Adds a mesh whose first page is in the scene.
     pub(super) fn add(&mut self, lod: &Arc<LodMesh>, source: MeshInPages, scene: &mut LodScene) {
         let stream = self.residency.add_mesh(source.paged());
+        // Only the first page is loaded, which has the coarsest cut: no group may be refined yet.
         scene.scene.set_available(lod.id, |_| false);
         scene.has_incomplete_sources = true;
         self.by_mesh.insert(lod.id, stream);

@@ -117,7 +117,10 @@ async fn find_hierarchy(
                 if let Some((file, baked)) = sidecars.find(assets, path).await {
                     match find_beside_asset(job, &mesh, &file, &baked) {
                         Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
-                        Err(error) => warn!("{}: {error}; trying other sources", job.name),
+                        Err(error) => {
+                            let name = &job.name;
+                            warn!("could not use levels of {name}: {error}; trying other sources");
+                        }
                     }
                 }
             }

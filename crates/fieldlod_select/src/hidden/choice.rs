@@ -33,7 +33,7 @@ const AS_A_WHOLE: Fineness = Fineness {
 /// One instance takes at most one part in this number of the remaining budget. With a smaller number, a large instance
 /// leaves little for others; with a larger one, its level is coarser.
 const SHARE_OF_REST: u32 = 4;
-/// Points that take as long as a triangle.
+/// Points that count as one triangle of the budget. A smaller number draws fewer points; a larger one takes more time.
 const POINTS_PER_TRIANGLE: u32 = 32;
 
 struct Fineness {

@@ -9,7 +9,7 @@ use super::Prop;
 
 /// Largest share of the triangles of the second and of the third level.
 const KEPT: [f32; 2] = [0.15, 0.02];
-/// Distances from which they are drawn, in radii of the prop.
+/// Distances from which these levels are drawn, in radii of the prop.
 const FROM_RADII: [f32; 2] = [20.0, 80.0];
 
 /// Props with fewer triangles have no levels.

@@ -125,7 +125,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     });
     let wanted: Vec<_> = wanted.into_iter().collect();
     let pool = ComputeTaskPool::get_or_init(TaskPool::default);
-    // A camera cut needs thousands in one frame.
+    // After a jump of the camera, thousands of meshes are needed in one frame.
     let new = wanted.par_splat_map(pool, None, |_, wanted| {
         let make =
             |((_, unit), (units, source)): &((MeshId, u32), (&UnitMeshes, AssetId<Mesh>))| {

@@ -190,7 +190,7 @@ impl LodMeshes {
         self.entries.keys().copied().filter(is_unused).collect()
     }
 
-    /// The meshes with levels, which are on the GPU only.
+    /// The meshes with levels. Levels are on the GPU only.
     pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
         let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
         self.entries.keys().copied().filter(is_ready).collect()

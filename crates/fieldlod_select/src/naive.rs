@@ -8,7 +8,7 @@ use crate::settings::LodSettings;
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.
 ///
-/// `was_refined` tells whether the previous cut refined a group, for the hysteresis.
+/// `was_refined` returns whether the previous cut refined a group, for the hysteresis.
 pub fn is_refined(
     hierarchy: &Hierarchy,
     group: usize,

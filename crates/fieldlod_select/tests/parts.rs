@@ -84,7 +84,7 @@ proptest! {
                 let expected: Vec<u32> = hierarchy.drawn_units(&both).map(|unit| unit as u32).collect();
                 prop_assert_eq!(selector.units(&world.scene, *id), &expected);
                 prop_assert!(followed.iter().eq(&expected));
-                // Demand, and the errors of missing groups.
+                // The demand lists the refined groups, and the errors of missing groups.
                 let always = always_refined(hierarchy);
                 let wide = InstanceView::new(&view.with_margins(&settings), &placed.placement);
                 let wanted = (0..refined.len()).filter(|&group| refined[group] && !always[group]);

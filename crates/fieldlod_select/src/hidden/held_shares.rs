@@ -46,7 +46,7 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the
+    /// Updates the share in a new frame. `was_refined` is whether the last frame drew a finer level than the
     /// coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;

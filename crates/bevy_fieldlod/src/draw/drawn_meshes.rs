@@ -168,6 +168,7 @@ fn draw_other_meshes(
             *shared = RenderMeshInstanceSharedFlat::read_from_blob(&blob);
         }
     };
+    // If the GPU builds instances, the extracted ones are still in queues.
     let Some(mut queues) = queues else {
         return;
     };

@@ -116,6 +116,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     }
     let mut meshes = world.resource_mut::<Assets<Mesh>>();
     let mut handles = HashMap::new();
+    // A mesh that another entity still draws is used again.
     wanted.retain(|&(lod, unit), (units, _)| {
         let made = units.made().get(&unit).copied();
         let handle = made.and_then(|mesh| meshes.get_strong_handle(mesh));

@@ -30,10 +30,9 @@ const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,
 };
-/// One instance takes at most one part in this number of the remaining budget. With a smaller number, a large instance
-/// leaves little for others; with a larger one, its level is coarser.
+/// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too.
 const SHARE_OF_REST: u32 = 4;
-/// Points that count as one triangle of the budget. A smaller number draws fewer points; a larger one takes more time.
+/// Points that take as long as a triangle.
 const POINTS_PER_TRIANGLE: u32 = 32;
 
 struct Fineness {
@@ -84,8 +83,8 @@ pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Ma
 }
 
 impl OccluderChoice {
-    /// Chooses how to draw an instance within the remaining triangle `budget`, and adds its cost; `None` if the
-    /// remaining budget is too small.
+    /// Chooses how to draw an instance within the rest of the triangle `budget`, and adds its cost; `None` if the rest
+    /// is too small.
     pub(crate) fn choose(
         &mut self,
         scene: &Scene,

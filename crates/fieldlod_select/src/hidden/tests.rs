@@ -17,8 +17,7 @@ use crate::scene::MeshId;
 /// An image by instances: nearness, and who owns it.
 type Image = (Vec<f32>, Vec<u32>);
 
-/// Draws every triangle and point texel by texel. Asserts that points end at the first stretch without a point in
-/// front.
+/// Every texel of every triangle and point, one by one; points end where none of a stretch is in front.
 fn naive_image(scene: &Scene, buffer: &OcclusionBuffer) -> Image {
     let texels = buffer.plane.width * buffer.plane.height;
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
@@ -43,7 +42,7 @@ fn draw_skipped(scene: &Scene, buffer: &OcclusionBuffer, image: &mut Image) {
     }
 }
 
-/// Draws one instance. Returns for each stretch of points whether any point was in front of earlier surfaces.
+/// One instance; for each stretch of points whether any was in front of what was drawn before.
 fn draw_naively(
     scene: &Scene,
     buffer: &OcclusionBuffer,
@@ -143,7 +142,7 @@ fn view(eye: Vec3, turn: Quat) -> View {
     View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
 }
 
-/// A rock as units and as a whole mesh, and a mesh of NaN and of triangles without area.
+/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
 fn meshes(scene: &mut Scene) -> [MeshId; 3] {
     std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
 }
@@ -184,7 +183,7 @@ proptest! {
     ) {
         let mut scene = Scene::default();
         let meshes = meshes(&mut scene);
-        // Instances are before, behind and around the eye, some mirrored or flat. The first one hides many others.
+        // Before, behind and around the eye; mirrored and flat. The first one hides many others.
         scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
         for (mesh, at, scale) in placed {
             let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 12.0) - Vec3::Z * 7.0;

@@ -6,8 +6,8 @@
 //! ```text
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
-//! A sphere passes if `e k/τ + r ≤ ρ`, where `k` is the factor before `e √W` or `d`. In local space and without a root,
-//! the test is `(e k/τ + r)² ≤ |p − eye|²`. Rotation-invariant metrics have the same test with another constant. A
+//! so that a sphere passes if `e k/τ + r ≤ ρ`, with `k` the factor before `e √W` or `d`: in local space and without a
+//! root, `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. A
 //! sphere that reaches the camera or holds NaN never passes.
 //!
 //! # Outside
@@ -41,7 +41,7 @@ pub(super) struct CameraBounds {
     is_orthographic: bool,
     /// `None` if groups outside the view have errors too.
     sides: Option<Planes>,
-    /// Pixels times distance for errors and, if they count, for deviations.
+    /// Pixels times distance of errors and, where they count, of deviations.
     error_px: f32,
     deviation_px: Option<f32>,
 }
@@ -89,8 +89,8 @@ pub(super) struct BoundsTest {
 }
 
 impl BoundsTest {
-    /// The test of groups that enter or leave the view of a camera. They are within `size` of the local origin, and may
-    /// move by `drift` in camera space.
+    /// The test of groups within `size` of the local origin that enter or leave the view of a camera, and may move by
+    /// `drift` in it.
     pub(super) fn new(
         instance: &InstanceView,
         size: f32,

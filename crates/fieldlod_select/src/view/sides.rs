@@ -14,8 +14,8 @@ pub(crate) struct Sides<L> {
 }
 
 impl<L: Lane> Sides<L> {
-    /// The sides of a view in a space that a linear map and a translation map to camera space. Distances stay in camera
-    /// units, and grow by `slack`.
+    /// The sides of a view in a space from which points come to camera space by a linear map and a translation;
+    /// distances stay in camera units, and grow by `slack`.
     pub(crate) fn new(planes: &Planes, linear: &Mat3, translation: Vec3, slack: f32) -> Self {
         let transposed = linear.transpose();
         Self {

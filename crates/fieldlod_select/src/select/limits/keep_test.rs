@@ -202,7 +202,7 @@ impl KeepTest {
     }
 
     /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
-    /// edge during the motion, or if the test cannot exclude it.
+    /// edge meanwhile, or if that is not known.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
         // Relaxed thresholds and single samples are not bounded.
         if !self.is_usable || self.least_relaxation != 1.0 {

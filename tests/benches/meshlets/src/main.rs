@@ -2,13 +2,16 @@
 //!
 //! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a
 //! program of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols.
-//! The rocks have the size and kind of the bench `whole_frame`. The exit code is 2 if the adapter cannot run meshlets.
+//! The rocks, the camera and the sun are of the kind of the scene `boulders` of the bench `whole_frame`, so that the
+//! times and the image errors, as shares of those at full detail, can be compared. The exit code is 2 if the adapter
+//! cannot run meshlets.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
+use bevy::color::palettes::css;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::log::LogPlugin;
@@ -22,6 +25,7 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::{PollType, TextureFormat};
 use bevy::render::renderer::RenderDevice;
 use bevy::render::settings::WgpuSettings;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::tasks::{block_on, tick_global_task_pools_on_main_thread};
 use bevy::window::ExitCondition;
 
@@ -31,6 +35,8 @@ const SUBDIVISIONS: u32 = 63;
 /// Steps of the camera for timed frames, and rounds over them.
 const STEPS: u8 = 7;
 const ROUNDS: usize = 20;
+/// Steps of the camera whose pictures are compared.
+const COMPARED: [u8; 2] = [0, 6];
 /// Frames until everything is uploaded, and the pause after each.
 const WARM_UP: usize = 20;
 const PAUSE: Duration = Duration::from_millis(50);
@@ -52,6 +58,13 @@ fn main() -> ExitCode {
     }
     let mut scenes =
         [Method::Full, Method::Meshlets].map(|method| Scene::new(method, rocks.unwrap_or(45)));
+    let [full, meshlets] = scenes
+        .each_mut()
+        .map(|scene| COMPARED.map(|step| scene.picture(step)));
+    println!(
+        "image error of meshlets: RMSE {:.2} of 255",
+        rmse(&meshlets, &full)
+    );
     let mut times = [const { Vec::new() }; 2];
     for _ in 0..ROUNDS {
         for step in 0..STEPS {
@@ -92,21 +105,48 @@ fn check_adapter() -> Result<(), String> {
 struct Scene {
     app: App,
     camera: Entity,
+    target: Handle<Image>,
 }
+
+/// The last picture that was read back: four bytes a pixel.
+#[derive(Resource, Default)]
+struct Picture(Vec<u8>);
 
 impl Scene {
     fn new(method: Method, rocks: u32) -> Self {
         let mut app = app(method);
         let world = app.world_mut();
         place_rocks(world, method, rocks);
-        place_ground_and_sun(world);
-        let camera = place_camera(world);
-        let mut scene = Self { app, camera };
+        place_sun(world);
+        world.init_resource::<Picture>();
+        let (camera, target) = place_camera(world);
+        let mut scene = Self {
+            app,
+            camera,
+            target,
+        };
         for _ in 0..WARM_UP {
             scene.frame(0);
             std::thread::sleep(PAUSE);
         }
         scene
+    }
+
+    /// Draws a frame and reads it back.
+    fn picture(&mut self, step: u8) -> Vec<u8> {
+        self.frame(step);
+        let shot = Screenshot::image(self.target.clone());
+        let keep = |shot: On<ScreenshotCaptured>, mut picture: ResMut<Picture>| {
+            picture.0 = shot.image.data.clone().unwrap_or_default();
+        };
+        self.app.world_mut().spawn(shot).observe(keep);
+        loop {
+            self.frame(step);
+            let picture = &mut self.app.world_mut().resource_mut::<Picture>().0;
+            if !picture.is_empty() {
+                return std::mem::take(picture);
+            }
+        }
     }
 
     /// Draws a frame. Returns the times of the whole frame, of the main world and of the render world.
@@ -202,36 +242,30 @@ fn place_rocks(world: &mut World, method: Method, rocks: u32) {
     }
 }
 
-fn place_ground_and_sun(world: &mut World) {
-    let ground = Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(200.0)));
-    let ground = world.resource_mut::<Assets<Mesh>>().add(ground);
-    let grass = StandardMaterial::from(Color::srgb(0.35, 0.45, 0.25));
-    let grass = world.resource_mut::<Assets<StandardMaterial>>().add(grass);
-    world.spawn((Mesh3d(ground), MeshMaterial3d(grass)));
+fn place_sun(world: &mut World) {
     let sun = DirectionalLight {
         illuminance: 6_000.0,
         shadow_maps_enabled: true,
         ..default()
     };
-    let cascades = CascadeShadowConfigBuilder {
-        num_cascades: 2,
-        maximum_distance: 60.0,
-        ..default()
-    };
     let low = Transform::default().looking_to(Vec3::new(-1.0, -0.7, -0.5), Vec3::Y);
-    world.spawn((sun, cascades.build(), low));
+    world.spawn((sun, CascadeShadowConfigBuilder::default().build(), low));
 }
 
-fn place_camera(world: &mut World) -> Entity {
+fn place_camera(world: &mut World) -> (Entity, Handle<Image>) {
     let image = Image::new_target_texture(960, 540, TextureFormat::Rgba8UnormSrgb, None);
-    let image = world.resource_mut::<Assets<Image>>().add(image);
+    let target = world.resource_mut::<Assets<Image>>().add(image);
+    let sky = Camera {
+        clear_color: Color::from(css::SKY_BLUE).into(),
+        ..default()
+    };
     let camera = (
-        Camera3d::default(),
-        RenderTarget::Image(image.into()),
+        (Camera3d::default(), sky),
+        RenderTarget::Image(target.clone().into()),
         pose(0),
     );
     let plain = (Tonemapping::None, DebandDither::Disabled, Msaa::Off);
-    world.spawn((camera, plain)).id()
+    (world.spawn((camera, plain)).id(), target)
 }
 
 /// The place of a rock: higher numbers are farther away.
@@ -290,6 +324,15 @@ fn waves(seed: u64) -> Vec<(Vec3, f32, f32)> {
         )
     };
     (0..24).map(wave).collect()
+}
+
+fn rmse(pictures: &[Vec<u8>], full: &[Vec<u8>]) -> f64 {
+    let bytes = pictures.iter().zip(full).flat_map(|(a, b)| a.iter().zip(b));
+    // Alpha is the same in both.
+    let (sum, pixels) = bytes.fold((0.0, 0.0), |(sum, count), (&a, &b)| {
+        (sum + (f64::from(a) - f64::from(b)).powi(2), count + 0.25)
+    });
+    f64::sqrt(sum / (3.0 * pixels))
 }
 
 fn median_ms(times: &[[Duration; 3]], part: usize) -> f64 {

@@ -74,7 +74,7 @@ pub fn run_until_ready(app: &mut App, ready: u32) {
 /// The level of a prop that is drawn; `None` if `camera` does not draw the prop or it has no levels.
 ///
 /// # Panics
-/// If the cut of the camera has more than one level of it.
+/// If the cut of the camera has more than one level of the prop.
 pub fn drawn_level(world: &mut World, prop: Entity, camera: Entity) -> Option<u32> {
     let find = move |levels: LodLevels| levels.in_view(prop, camera);
     let levels = world.run_system_once(find).unwrap()?;

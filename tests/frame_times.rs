@@ -11,7 +11,7 @@ use bevy::render::renderer::{PendingCommandBuffers, RenderGraph, RenderGraphSyst
 pub struct FrameTimes {
     /// The main world.
     pub main: Duration,
-    /// Both worlds wait for this.
+    /// The extraction, for which both worlds wait.
     pub extract: Duration,
     /// The render world, up to the device.
     pub render: Duration,

@@ -92,7 +92,7 @@ impl Soak {
     /// Makes one change, draws a frame and checks what it drew.
     ///
     /// # Panics
-    /// If the frame drew something else than the model.
+    /// If the frame drew other objects than the model.
     pub fn step(&mut self) {
         self.change_something();
         self.app.update();
@@ -125,7 +125,7 @@ impl Soak {
             self.app.world_mut().despawn(object.entity);
         }
         self.sources.clear();
-        // Longer than the entities of units outlive their last view.
+        // Unused units are despawned after 60 frames.
         (0..64).for_each(|_| self.app.update());
     }
 
@@ -240,7 +240,7 @@ impl Soak {
         }
     }
 
-    /// Checks that each camera draws all shown objects, each whole and once, and nothing else.
+    /// Checks that each camera draws exactly the shown objects, each whole and once.
     fn check(&mut self) {
         let world = self.app.world();
         for (camera, has_pixels) in self.cameras.into_iter().zip(self.has_pixels) {

@@ -231,7 +231,7 @@ impl Stage {
 pub struct Pending(Arc<Mutex<Option<RgbaImage>>>);
 
 impl Pending {
-    /// The picture, once it has arrived; `None` again afterwards.
+    /// Takes the picture; `None` if it has not arrived or was taken.
     pub fn take(&self) -> Option<RgbaImage> {
         self.0.lock().unwrap().take()
     }

@@ -1,4 +1,4 @@
-//! Numbers of this process, as Linux tells them.
+//! Numbers of this process in Linux's `/proc`.
 
 /// A number of a file in `/proc/self`: the one after `name`.
 pub(crate) fn number(file: &str, name: &str) -> u64 {

@@ -42,8 +42,8 @@ pub(crate) fn app_with(plugin: impl Plugin) -> App {
     app
 }
 
-/// An app, a camera at `distance` from the origin, and a rock there with its levels of detail: a prop after
-/// 4 subdivisions, cut into units after 5 and more.
+/// An app with a camera at `distance` from the origin, and a rock with its levels of detail at the origin. The rock is
+/// a prop after 4 subdivisions, and has units after 5 and more.
 pub(crate) fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
     let mut app = app();
     let camera = spawn_camera(&mut app, distance);
@@ -68,7 +68,7 @@ pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     app
 }
 
-/// More frames than the entities of units outlive their last view.
+/// More frames than the 60 after which unused units are despawned.
 pub(crate) const IDLE_FRAMES: u32 = 64;
 
 /// All events so far.

@@ -119,7 +119,7 @@ fn despawned_camera_is_ignored() {
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
     stage.run_until_ready();
     stage.app.world_mut().despawn(fine_eye.entity);
-    // Longer than the entities of units outlive their last view.
+    // Unused units are despawned after 60 frames.
     (0..64).for_each(|_| stage.app.update());
     let world = stage.app.world_mut();
     let units = world.query::<&bevy_fieldlod::LodUnit>().iter(world).len();

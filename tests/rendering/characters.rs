@@ -108,7 +108,7 @@ fn at(distance: f32) -> Transform {
 const SOURCE: u32 = 0;
 const COARSE: u32 = 4;
 
-/// Which pixels are not black.
+/// For each pixel, whether it is not black.
 fn mask(picture: &RgbaImage) -> Vec<bool> {
     picture
         .pixels()
@@ -116,7 +116,7 @@ fn mask(picture: &RgbaImage) -> Vec<bool> {
         .collect()
 }
 
-/// Pixels in both masks, over pixels in any.
+/// The number of pixels in both masks, divided by the number in either.
 fn overlap(a: &[bool], b: &[bool]) -> f32 {
     let both = a.iter().zip(b).filter(|(a, b)| **a && **b).count();
     let any = a.iter().zip(b).filter(|(a, b)| **a || **b).count();

@@ -1,4 +1,4 @@
-//! In each frame, an entity that the render world draws with another mesh looks as if it had that mesh.
+//! An entity that the render world draws with another mesh looks in each frame like an entity with that `Mesh3d`.
 
 #[path = "../../crates/bevy_fieldlod/src/draw/drawn_meshes.rs"]
 #[expect(dead_code, reason = "the plugin uses more of it")]
@@ -147,7 +147,7 @@ impl Show {
                 self.stage.app.world_mut().despawn(self.entities[6]);
                 self.entities.truncate(6);
             }
-            // An edit of the mesh of all entities, while none is drawn with it.
+            // The game edits the mesh of all entities while other meshes are drawn.
             11 => {
                 let mut meshes = self.stage.app.world_mut().resource_mut::<Assets<Mesh>>();
                 let mut own = meshes.get_mut(&self.meshes[0]).unwrap();

@@ -131,7 +131,7 @@ fn shared_source_stays_on_gpu() {
     let mesh = show.mesh.clone();
     let other = show.stage.add(Mesh::from(Cuboid::default()));
     let far = Transform::from_xyz(0.0, 0.0, -500.0);
-    // A plain mesh, a 2D mesh, and a whole mesh, of which the source is the finest level.
+    // The users are a plain mesh, a 2D mesh, and a whole mesh, whose finest level is the source.
     for index in 0..3 {
         assert!(!show.is_on_gpu(), "{index}");
         let user = match index {
@@ -152,7 +152,7 @@ fn shared_source_stays_on_gpu() {
         show.stage.app.world_mut().despawn(copy);
         show.wait();
         assert!(show.is_on_gpu(), "{index}");
-        // A program inserts another mesh, and sets the handle in place.
+        // The user gets another mesh by a new component, and the source again by a change of its handle.
         if index == 1 {
             show.stage.insert(user, Mesh2d(other.clone()));
         } else {

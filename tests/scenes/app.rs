@@ -34,7 +34,8 @@ pub enum Method {
         /// Whether the GPU alone culls.
         gpu: bool,
     },
-    /// With three hand-made levels and [`VisibilityRange`]s, which the GPU evaluates for entities with [`NoCpuCulling`].
+    /// With three hand-made levels and [`VisibilityRange`]s, which the GPU evaluates for entities with
+    /// [`NoCpuCulling`].
     Ranges {
         /// Whether the GPU alone culls.
         gpu: bool,
@@ -73,7 +74,7 @@ pub struct SceneApp {
 #[derive(Component)]
 struct Distances([f32; 2]);
 
-/// Moves a thing along its way and back to its start.
+/// Moves an object along its way, again and again from its start.
 #[derive(Component)]
 struct Drives {
     from: Vec3,
@@ -81,9 +82,9 @@ struct Drives {
 }
 
 impl SceneApp {
-    /// The scene in an unfinished app of Bevy's plugins. With the plugin, the camera
-    /// draws nothing until [`Self::wait_for_levels`]. Bevy 0.19.1 never draws entities with [`NoCpuCulling`] by a camera that
-    /// becomes active after they were spawned.
+    /// The scene in an unfinished app of Bevy's plugins. With the plugin, the camera draws nothing until
+    /// [`Self::wait_for_levels`]. Bevy 0.19.1 never draws entities with [`NoCpuCulling`] by a camera that becomes
+    /// active after they were spawned.
     #[must_use]
     pub fn new(
         mut stage: Stage,
@@ -189,7 +190,7 @@ impl SceneApp {
             .for_each(|mut sun| sun.shadow_maps_enabled = has_shadows);
     }
 
-    /// Moves the camera to its place after so many metres.
+    /// Moves the camera to its place after a number of metres.
     pub fn go_to(&mut self, metres: f32) {
         let pose = (self.path)(metres);
         self.stage.insert(self.eye.entity, pose);
@@ -270,11 +271,11 @@ impl SceneApp {
         .sum()
     }
 
-    /// Entities that have a place.
+    /// The number of entities of the scene.
     #[must_use]
     pub fn entities(&self) -> usize {
         let entities = self.stage.app.world().iter_entities();
-        // Not the camera and the sun.
+        // The camera and the sun are not counted.
         entities
             .filter(EntityRef::contains::<GlobalTransform>)
             .count()
@@ -311,7 +312,7 @@ fn spawn_sun(world: &mut World, has_shadows: bool) {
     ));
 }
 
-/// How long all cars have been driving. They stand in pictures, so that pictures can be compared.
+/// The time that all cars have been driving. Cars stand in pictures, so that pictures can be compared.
 #[derive(Resource, Default)]
 struct Traffic {
     frame: u32,

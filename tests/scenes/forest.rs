@@ -66,7 +66,7 @@ pub(super) fn wind_material(world: &mut World, is_leaves: bool) -> Handle<WindMa
     materials.add(WindMaterial { base, extension })
 }
 
-/// A square forest of so many trees.
+/// A square forest of `count` trees.
 pub(super) fn forest(count: u32) -> Scene {
     let surface = Arc::new(cut_out(is_leaf));
     let kind = |seed: u32| {

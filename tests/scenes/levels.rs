@@ -9,7 +9,7 @@ use super::Prop;
 
 /// Largest share of the triangles of the second and of the third level.
 const KEPT: [f32; 2] = [0.15, 0.02];
-/// Distances from which they are drawn, in radii of the prop.
+/// Distances from which these levels are drawn, in radii of the prop.
 const FROM_RADII: [f32; 2] = [20.0, 80.0];
 
 /// Props with fewer triangles have no levels.
@@ -27,14 +27,14 @@ pub(super) struct Level {
 /// The levels of a prop after its source.
 #[derive(Debug)]
 pub(super) struct PropLevels {
-    /// Where the source ends.
+    /// The distance up to which the source is drawn.
     pub(super) source_to: f32,
     pub(super) coarser: Vec<Level>,
 }
 
 impl PropLevels {
-    /// Simplified by the bake of this project, so that the rival's meshes are as good as the plugin's. The last level is a
-    /// box around all parts, or a simplified mesh.
+    /// Makes the levels by the bake of this project, so that they are as good as the plugin's. The last level is a box
+    /// around all parts, or a simplified mesh.
     pub(super) fn of(prop: &Prop, ends_in_box: bool) -> Self {
         let triangles = prop.parts.iter().map(|part| part.source.triangle_count());
         if triangles.sum::<usize>() < LEVELS_FROM {

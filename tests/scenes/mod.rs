@@ -1,4 +1,4 @@
-//! Generated scenes for benches, and apps that draw them by the plugin and by its rivals.
+//! Generated scenes for benches, and apps that draw them by the plugin and by stock Bevy.
 
 mod app;
 mod forest;
@@ -20,10 +20,10 @@ pub use rocks::rocks;
 
 use levels::PropLevels;
 
-/// What there is, and where. The same in each run.
+/// Props and their places. They are the same in each run.
 #[derive(Debug)]
 pub struct Scene {
-    /// For tables.
+    /// The name in tables.
     pub name: &'static str,
     props: Vec<Prop>,
     blocks: Vec<Block>,
@@ -42,13 +42,13 @@ pub struct Scene {
     cache: OnceLock<TempDir>,
 }
 
-/// A thing that stands in many places.
+/// An object that stands in many places.
 #[derive(Debug)]
 struct Prop {
     parts: Vec<Part>,
-    /// In the world, for the distances of hand-made levels.
+    /// The radius in the world, for the distances of hand-made levels.
     radius: f32,
-    /// Whether the meshes are children of an entity. More than one always are.
+    /// Whether the meshes are children of an entity. Several meshes always are.
     has_node: bool,
 }
 
@@ -77,12 +77,12 @@ struct Block {
 struct Place {
     prop: usize,
     at: Transform,
-    /// The way that it drives back and forth on, if it moves.
+    /// The way that it drives again and again, if it moves.
     way: Option<Vec3>,
 }
 
 impl Part {
-    /// With positions, normals and texture coordinates alone.
+    /// A part with positions, normals and texture coordinates only.
     fn new(mut source: SourceMesh, paint: usize) -> Self {
         source.colors.clear();
         source.tangents.clear();
@@ -126,7 +126,7 @@ impl Place {
 }
 
 impl Scene {
-    /// The scene of this name, with its number of entities or, for rocks and a forest, of things.
+    /// The scene of this name. `size` is its number of entities, rocks or trees.
     #[must_use]
     pub fn named(name: &str, size: Option<u32>) -> Option<Self> {
         Some(match name {

@@ -11,7 +11,7 @@ const SPACING: f32 = 5.0;
 /// Shapes of boulders.
 const SHAPES: u32 = 3;
 
-/// A square of rocks of so many subdivisions, around the camera.
+/// A square of rocks around the camera, each of `20 · 4^subdivisions` triangles.
 #[must_use]
 pub fn rocks(count: u32, subdivisions: u32) -> Scene {
     let side = (count as f32).sqrt().ceil() as u32;

@@ -1,4 +1,4 @@
-//! Meshes of things in a town.
+//! Meshes of the objects in a town.
 
 use bevy::prelude::*;
 use fieldlod_bake::{SourceMesh, fixtures};
@@ -108,8 +108,8 @@ pub(super) fn lamp(height: f32) -> SourceMesh {
     fixtures::joined(&[pole, globe])
 }
 
-/// A surface of `2 · rings · around` triangles along a tube. `at` gets the share along and a point of the unit circle,
-/// which is squarish.
+/// A surface of `2 · rings · around` triangles along a tube. `at` gets the share of the length, and a point of a unit
+/// square with round corners.
 fn tube(rings: u32, around: u32, at: impl Fn(f32, Vec2) -> Vec3) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     for ring in 0..=rings {

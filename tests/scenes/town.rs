@@ -32,7 +32,7 @@ struct Kinds {
     ground: usize,
 }
 
-/// The town with so many entities.
+/// The town with this number of entities.
 pub(super) fn town(entities: usize) -> Scene {
     let (props, kinds) = props();
     let mut random = Random::new(1);
@@ -53,7 +53,7 @@ pub(super) fn town(entities: usize) -> Scene {
     }
     let places = blocks.iter().flat_map(|block| &block.places);
     let used: usize = places.map(|place| props[place.prop].entities()).sum();
-    // The root, the blocks, and fences for the rest.
+    // The root and the blocks are entities too. Fences make up the number.
     for index in 0..entities.saturating_sub(used + 1 + count) {
         let place = fence_place(&kinds, &mut random, index / count);
         blocks[index % count].places.push(place);
@@ -146,7 +146,7 @@ fn one_of(kind: &Kind, random: &mut Random) -> usize {
     kind.start + random.index(kind.len())
 }
 
-/// The things of a block without cars and fences. Its streets are 6 m wide and begin at its origin.
+/// The objects of a block without cars and fences. Its streets are 6 m wide and begin at its origin.
 fn places(kinds: &Kinds, random: &mut Random) -> Vec<Place> {
     let mut places = vec![Place::new(kinds.ground, Transform::IDENTITY)];
     for (x, z) in [(20.0, 17.0), (46.0, 17.0), (20.0, 38.0), (46.0, 38.0)] {

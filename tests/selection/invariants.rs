@@ -9,9 +9,9 @@ use proptest::prelude::*;
 
 use crate::scenes::{any_placement, any_view, hierarchies, view};
 
-/// Walks from every piece of the source surface up its chain of simplifications, and counts the
-/// units of the cut on the way: each source unit's surface is covered once if, whichever unit of
-/// the next level one goes on with, exactly one group boundary is passed.
+/// Walks from every source unit up its chains of simplifications, and counts the units of the cut on
+/// the way. The surface is covered once if each chain, by any unit of the next level, passes exactly
+/// one unit of the cut.
 fn covers_once(hierarchy: &Hierarchy, cut: &Cut) -> bool {
     let mut drawn = vec![false; hierarchy.units.len()];
     for &unit in cut.units() {
@@ -78,7 +78,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn every_cut_covers_the_surface_once_and_leaves_closed_meshes_closed(
+    fn every_cut_covers_surface_once_without_holes(
         which in 0usize..4,
         view in any_view(),
         placement in any_placement(),
@@ -102,7 +102,7 @@ proptest! {
     }
 
     #[test]
-    fn a_smaller_error_never_draws_less(which in 0usize..4, view in any_view(), error_px in 0.05f32..20.0, factor in 1.0f32..8.0) {
+    fn smaller_error_never_draws_less(which in 0usize..4, view in any_view(), error_px in 0.05f32..20.0, factor in 1.0f32..8.0) {
         let hierarchy = &hierarchies()[which];
         let [mut fine, mut coarse] = [Cut::default(), Cut::default()];
         select(hierarchy, &Affine3A::IDENTITY, &view, &LodSettings::with_error_px(error_px), &mut fine);
@@ -112,7 +112,7 @@ proptest! {
     }
 
     #[test]
-    fn the_unit_of_length_does_not_matter(which in 0usize..4, distance in 1.5f32..100.0, exponent in -20i32..20) {
+    fn cut_is_independent_of_unit_of_length(which in 0usize..4, distance in 1.5f32..100.0, exponent in -20i32..20) {
         let hierarchy = &hierarchies()[which];
         // A power of two scales without rounding.
         let scale = (0..exponent.abs()).fold(1.0f32, |s, _| if exponent > 0 { s * 2.0 } else { s * 0.5 });
@@ -128,7 +128,7 @@ proptest! {
 }
 
 #[test]
-fn the_check_of_coverage_can_fail() {
+fn coverage_check_rejects_empty_cut() {
     let hierarchy = &hierarchies()[0];
     let mut cut = Cut::default();
     select_with(hierarchy, &LodSettings::default(), &mut cut, |_| 0.0);

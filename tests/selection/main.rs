@@ -1,4 +1,4 @@
-//! Selection against its specification, and what must hold of every cut.
+//! Selection against its specification, and invariants of every cut.
 
 mod invariants;
 mod matches_naive;

@@ -22,7 +22,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
     #[test]
-    fn with_any_criterion(
+    fn any_criterion_equals_naive(
         which in 0usize..4,
         errors in prop::collection::vec(any_error(), 64),
         next_errors in prop::collection::vec(any_error(), 64),
@@ -46,7 +46,7 @@ proptest! {
     }
 
     #[test]
-    fn in_any_view(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.05f32..20.0) {
+    fn any_view_equals_naive(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.05f32..20.0) {
         let hierarchy = &hierarchies()[which];
         let settings = LodSettings::with_error_px(error_px);
         let mut cut = Cut::default();

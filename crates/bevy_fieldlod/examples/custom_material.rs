@@ -49,7 +49,7 @@ fn setup(
     commands.spawn((Camera3d::default(), eye));
 }
 
-/// Changes of a material reach all that is drawn with it.
+/// Changes the material, which all levels and units share.
 fn change_color(time: Res<Time>, mut materials: ResMut<Assets<Rings>>) {
     for (_, material) in materials.iter_mut() {
         material.color = Color::hsl(20.0 * time.elapsed_secs() % 360.0, 0.7, 0.5).into();

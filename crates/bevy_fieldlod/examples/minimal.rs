@@ -25,11 +25,11 @@ fn setup(
     let torus = Torus::new(0.5, 1.0).mesh();
     let mesh = meshes.add(torus.minor_resolution(128).major_resolution(512));
     let material = materials.add(Color::srgb(0.8, 0.5, 0.3));
-    // The mark that gives it levels of detail. They are baked in the background.
+    // `AutoLod` adds levels of detail. They are baked in the background.
     commands.spawn((Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default()));
     let sun = Transform::default().looking_to(Vec3::new(-1.0, -1.0, -0.5), Vec3::Y);
     commands.spawn((DirectionalLight::default(), sun));
-    // A camera draws at one pixel of error unless it is told otherwise.
+    // One pixel of error is also the default of a camera.
     commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(1.0)));
 }
 

@@ -27,7 +27,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// A developer does this once, before the game is shipped.
+/// Writes the scene and its levels, as a developer does once before shipping the game.
 fn write_assets(folder: &Path) -> Result {
     let scene = folder.join("rocks.gltf");
     let places = [-3.0, 0.0, 3.0].map(|x| Vec3::new(x, 0.0, -x.abs()));

@@ -32,7 +32,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// A developer does this once, before the game is shipped.
+/// Writes the landscape in pages, as a developer does once before shipping the game.
 fn write_pages(folder: &Path) -> Result {
     let land = hills(100.0, 250, &[0.07, 0.23, 0.9, 3.1]);
     let source = folder.join("land.gltf");

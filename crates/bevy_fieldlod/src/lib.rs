@@ -14,15 +14,15 @@
 //! fn setup(mut commands: Commands, assets: Res<AssetServer>) {
 //!     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("statue.glb"));
 //!     commands.spawn((WorldAssetRoot(scene), AutoLod::default()));
-//!     // One pixel of error is the default; a camera may want another.
+//!     // The default is one pixel of error; this camera allows two.
 //!     commands.spawn((Camera3d::default(), FieldLodCamera::with_error_px(2.0)));
 //! }
 //! ```
 //!
 //! # Five minutes
 //! 1. Add [`FieldLodPlugin`], and [`AutoLod`] to the roots of your scenes or to single [`Mesh3d`]s; or mark nothing and
-//!    set [`FieldLodAppConfig::whole_world`]. `cargo run --release -p bevy_fieldlod --example minimal` is a complete app of
-//!    40 lines.
+//!    set [`FieldLodAppConfig::whole_world`]. `cargo run --release -p bevy_fieldlod --example minimal` is a complete
+//!    app of 40 lines.
 //! 2. Run. Meshes are baked in background tasks while their source is drawn. [`FieldLodProgress`] counts them,
 //!    [`FieldLodEvent`] reports the result for each mesh, and [`LodReady`] for each entity. A million triangles take
 //!    some seconds of one core with optimised dependencies: put `[profile.dev.package."*"]` with `opt-level = 3` into
@@ -38,12 +38,12 @@
 //! The number of triangles selects one of three kinds ([`LodKind`]):
 //! - Small meshes have no levels.
 //! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
-//!   [`Mesh3d`], so Bevy still batches instances of a level. The component does not change. All views draw the finest
+//!   [`Mesh3d`]. The component does not change, and Bevy still batches instances of a level. All views draw the finest
 //!   level that a view needs.
-//! - For large meshes, each view draws its own *cut*: each piece of the surface at the coarsest level whose error is
-//!   below the threshold of the camera. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
-//!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. Where the GPU
-//!   culls, the plugin updates the lists of the render world as cuts change; elsewhere it filters the lists of Bevy's
+//! - For large meshes, each view draws its own *cut*. Each piece of the surface has the coarsest level with an error
+//!   below the camera's threshold. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
+//!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. If the GPU
+//!   culls, the plugin updates the lists of the render world as cuts change; otherwise it filters the lists of Bevy's
 //!   culling.
 //!
 //! The standard renderer draws all of them with the material of their mesh, of any type. The plugin needs no shader and
@@ -57,7 +57,7 @@
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
 //! # Limits
-//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. Where the GPU culls
+//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. If the GPU culls
 //! ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all other entities with levels, and
 //! `VisibleEntities` of cameras and lights do not contain them.
 //!

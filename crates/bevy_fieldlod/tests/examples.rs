@@ -1,7 +1,7 @@
 //! Every example draws a picture that shows something.
 //!
-//! Without an adapter this is skipped with a loud line, unless `FIELDLOD_REQUIRE_ADAPTER` is set, as in continuous
-//! integration, which makes it a failure.
+//! Without an adapter, this test prints a line and passes. It fails if `FIELDLOD_REQUIRE_ADAPTER` is set, as in
+//! continuous integration.
 
 use std::collections::HashMap;
 use std::fs;
@@ -11,7 +11,7 @@ use std::process::Command;
 
 use image::RgbImage;
 
-/// What Bevy reports without an adapter.
+/// The message that Bevy prints without an adapter.
 const NO_ADAPTER: &str = "Unable to find a GPU";
 
 #[test]
@@ -19,7 +19,7 @@ fn every_example_draws_a_picture() {
     let folder = tempfile::tempdir().unwrap();
     let names = example_names();
     assert!(names.len() > 5, "{names:?}");
-    // Two at a time: most of an example's start uses one core.
+    // Two examples run at a time, because most of an example's start uses one core.
     let (half, rest) = names.split_at(names.len() / 2);
     std::thread::scope(|scope| {
         for names in [half, rest] {
@@ -63,7 +63,7 @@ fn draw(name: &str, folder: &Path) -> bool {
             !is_required,
             "no Vulkan adapter: install mesa-vulkan-drivers"
         );
-        // Not `eprintln!`, which the test harness captures when a test passes.
+        // The test harness hides the output of `eprintln!` when a test passes.
         let line = "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one\n";
         std::io::stderr().write_all(line.as_bytes()).unwrap();
         return false;

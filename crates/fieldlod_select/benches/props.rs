@@ -1,6 +1,7 @@
-//! Selection of fields of rocks, as props that are drawn as a whole at one level and as meshes in clusters: run with
-//! `cargo bench -p fieldlod_select --bench props`. Numbers of rocks may follow; `clusters` takes meshes in clusters;
-//! `views` selects for several views, one after the other and at once.
+//! Selection of fields of rocks, as whole meshes and as clusters.
+//!
+//! Run with `cargo bench -p fieldlod_select --bench props`. Numbers of rocks may follow. `clusters` takes meshes of
+//! clusters; `views` selects for several views, one after the other and at once.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! The test of all groups of a mesh beside the sphere test of meshoptimizer's clusterlod, in one run: run with
+//! The test of all groups of a mesh beside the sphere test of meshoptimizer's clusterlod. Run with
 //! `cargo bench -p fieldlod_select --bench selection`.
 //!
 //! Each result is checked before it is timed. Ratios are of medians of interleaved rounds, so that other load of the

@@ -78,7 +78,7 @@ fn main() {
             ],
         );
         let triangles = [kept.triangle_count(), kept_flux.triangle_count()];
-        // Once the shares are settled, nothing is done.
+        // After these frames the shares are settled, and a still view costs no selection.
         for _ in 0..=2 * u32::from(flux.hold_frames) {
             kept_flux.select(&scene, &at(step.get()), &counting);
         }

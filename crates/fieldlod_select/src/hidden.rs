@@ -1,5 +1,5 @@
-//! Visible flux: a small depth image of a view, drawn on the CPU from coarse levels of large, near instances, and the
-//! visible shares of instances and groups in it.
+//! Visible flux: the visible shares of instances and groups, by a small depth image of the view. The CPU draws the
+//! image from coarse levels of large, near instances.
 //!
 //! The flux of the camera-sampling field is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8). Hasselgren,
 //! Andersson and Akenine-Möller, "Masked Software Occlusion Culling" (2016), draw a similar image to cull. Here nothing

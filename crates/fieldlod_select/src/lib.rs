@@ -1,8 +1,8 @@
 //! Headless, deterministic level-of-detail selection: (hierarchy, view, settings) → cut.
 //!
-//! A game server, a test or an engine other than Bevy calls [`select`] once per instance and view
-//! and draws the units of the [`Cut`]; or it keeps a [`Scene`] and one [`Selector`] per view, which
-//! give the same cuts at a fraction of the cost. Nothing here needs a GPU or a window.
+//! A game server, a test or an engine other than Bevy calls [`select`] once per instance and view,
+//! and draws the units of the [`Cut`]. A [`Scene`] and one [`Selector`] per view give the same cuts
+//! at a fraction of the cost. Selection needs no GPU and no window.
 //!
 //! ```
 //! use camera_field::Camera;
@@ -41,21 +41,21 @@
 //! disappears is coarsened some frames later. Displacements are not weighed, since the share is an estimate.
 //!
 //! # Speed
-//! A [`Selector`] decides everything anew in each frame, eight at a time:
-//! 1. One pass over the spheres of all instances skips those that certainly keep their cuts: they are outside the view,
-//!    or within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one test of a
-//!    sphere around 64 neighbours often skips all of them. `benches/props` measures up to a million instances.
-//! 2. The others are near. A mesh that is drawn as a whole
+//! A [`Selector`] tests all instances in each frame, eight at a time:
+//! 1. One pass over the spheres of all instances skips instances that certainly keep their cuts. They are outside the
+//!    view, or within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one test of
+//!    a sphere around 64 neighbours often skips all of them. `benches/props` measures up to a million instances.
+//! 2. The other instances are near. A mesh that is drawn as a whole
 //!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) gets its level from bounds
-//!    over its sphere, eight levels at once, or from the criterion if the bounds are not decisive. The criterion decides
-//!    the groups of other meshes, except for those in bounds of 64 or eight groups that are below the threshold.
+//!    over its sphere, eight levels at once. If the bounds are not decisive, the criterion decides the level. It also
+//!    decides the groups of other meshes, except groups in bounds of 64 or eight that are below the threshold.
 //!
 //! The changes of a first frame list every instance. `benches/selection` compares the test of groups with the sphere
 //! test of clusterlod.
 //!
 //! # Determinism
-//! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute the same as one scalar, in the same order:
-//! the same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and
+//! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute the same as one scalar, in the same order.
+//! The same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and
 //! `tests/determinism.rs` compares the hash of a walk.
 //!
 //! # Out of scope

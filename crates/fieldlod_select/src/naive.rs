@@ -8,7 +8,7 @@ use crate::settings::LodSettings;
 /// Whether `group` is refined: it has no simplification, or its error exceeds the threshold, or a
 /// finer group is refined.
 ///
-/// `was_refined` tells whether the previous cut refined a group, for the hysteresis.
+/// `was_refined` returns whether the previous cut refined a group, for the hysteresis.
 pub fn is_refined(
     hierarchy: &Hierarchy,
     group: usize,
@@ -27,8 +27,8 @@ pub fn is_refined(
             .any(|&finer| is_refined(hierarchy, finer as usize, settings, was_refined, error_px))
 }
 
-/// The units to draw, ascending: a unit is drawn if the group that consumes it is refined, and if it is source geometry
-/// or the group that produced it is not refined.
+/// The units to draw, ascending. A unit is drawn if the group that consumes it is refined and the group that produced
+/// it is not. No group produced source geometry.
 pub fn select(
     hierarchy: &Hierarchy,
     settings: &LodSettings,

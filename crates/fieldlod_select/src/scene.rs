@@ -82,7 +82,7 @@ struct Mesh {
 /// threads, select from it, each with settings of its own.
 ///
 /// Call [`Scene::update`] after changes and before selection. A change costs the same in a scene of any size. Instances
-/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once; later
+/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once. Later
 /// moves do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {

@@ -70,8 +70,8 @@ impl View {
         &self.camera
     }
 
-    /// The view with the margins of `settings`: wider by `offscreen_margin` on each side, and for refined groups by
-    /// `edge_hysteresis` more, at the same pixels per unit.
+    /// The view with the margins of `settings`, at the same pixels per unit. It is wider by `offscreen_margin` on each
+    /// side, and for refined groups by `edge_hysteresis` more.
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
         let camera = widened(&self.camera, settings.advanced.offscreen_margin);

@@ -73,7 +73,7 @@ fn budget_is_kept_after_jumps_zooms_and_new_budgets() {
 fn unreachable_budget_is_rarely_searched_and_recovers() {
     let world = forest();
     let mut selector = Selector::default();
-    // Less than all coarsest levels.
+    // The coarsest levels have more triangles.
     let settings = LodSettings::with_triangle_budget(10);
     let mut searches = 0;
     for step in 0..60 {

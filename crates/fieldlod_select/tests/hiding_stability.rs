@@ -45,7 +45,7 @@ impl Stage {
         self.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3))
     }
 
-    /// Rocks in a row far behind.
+    /// Adds a row of rocks far behind.
     fn put_row(&mut self, depth: f32) {
         for index in 0..9u8 {
             let x = (f32::from(index) - 4.0) * 3.0;
@@ -124,18 +124,18 @@ fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
     assert!(coarser > 0);
 }
 
-/// From an eye, straight ahead.
+/// A view from an eye, straight ahead.
 fn ahead(eye: Vec3) -> View {
     look(perspective(1.0), eye, eye - Vec3::Z * 10.0)
 }
 
-/// To and fro between −1 and 1.
+/// A value that goes to and fro between −1 and 1.
 fn sway(frame: usize, period: usize) -> f32 {
     let phase = (frame % period) as f32 / period as f32;
     (phase * 4.0 - 2.0).abs() - 1.0
 }
 
-/// Out from behind a wall, to and fro at its corner, and fast turns: to the back and forward again a second later.
+/// The camera leaves the wall, sways at its corner, and turns fast to the back and, a second later, forward again.
 #[test]
 fn wall_before_a_row() {
     let paths: [fn(usize) -> View; 3] = [
@@ -161,7 +161,7 @@ fn door_that_opens() {
     let half_size = Vec3::new(3.0, 3.0, 0.2);
     let door = stage.put(Vec3::new(0.0, 0.0, -5.0), half_size);
     stage.put_row(14.0);
-    // It turns about its left edge.
+    // The door turns about its left edge.
     play(stage, |frame, stage| {
         let turn = Quat::from_rotation_y(frame as f32 * 0.01);
         let hinge = Affine3A::from_rotation_translation(turn, Vec3::new(-3.0, 0.0, -5.0));
@@ -193,7 +193,7 @@ fn head_that_bobs_behind_a_ridge() {
         stage.put(Vec3::new(x, -2.4, -6.0), Vec3::new(5.0, 3.0, 1.5));
     }
     stage.put_row(20.0);
-    // Two steps a second: just behind the ridge, and over it.
+    // The head bobs twice a second, from just behind the ridge to above it.
     play(stage, |frame, _| {
         let height = 0.1 + sway(frame, 30) * 0.12;
         ahead(Vec3::new(frame as f32 * 0.0233, height, 0.0))
@@ -211,7 +211,7 @@ fn slow_turns_among_walls() {
         let far = 9.0 + f32::from(index % 5) * 2.0;
         stage.put(turn * Vec3::new(0.0, 0.0, -far), Vec3::ONE);
     }
-    // 3 degrees a frame, to and fro.
+    // The camera turns by 3 degrees a frame, to and fro.
     play(stage, |frame, _| {
         let turn = Quat::from_rotation_y(sway(frame, 160) * 0.0524 * 40.0);
         look(perspective(1.0), Vec3::ZERO, turn * Vec3::NEG_Z * 10.0)

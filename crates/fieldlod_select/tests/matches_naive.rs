@@ -208,7 +208,7 @@ proptest! {
         let world = World::new(&places.iter().take(count).map(place).collect::<Vec<_>>());
         let mut watcher = Watcher::new(look(camera, start, start + Vec3::X), settings);
         for frame in 0u8..40 {
-            // It walks, then turns, then does both, then stands; with some zooms.
+            // The camera walks, then turns, then does both, then stands, with some zooms.
             let way = f32::from(frame.min(10) + frame.saturating_sub(20).min(10));
             let turned = f32::from(frame.saturating_sub(10).min(20));
             let eye = start * reach * 0.2 + go * reach * pace * way;

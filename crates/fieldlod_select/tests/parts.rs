@@ -26,7 +26,7 @@ fn always_refined(hierarchy: &Hierarchy) -> Vec<bool> {
     refined
 }
 
-/// The groups that may be refined: those of the coarsest cut, and loaded ones whose coarser groups may be too.
+/// The groups that may be refined: those of the coarsest cut, and loaded groups whose coarser groups may be refined.
 fn available(hierarchy: &Hierarchy, is_loaded: impl Fn(u32) -> bool) -> Vec<bool> {
     let mut available = always_refined(hierarchy);
     for group in (0..available.len()).rev() {
@@ -84,12 +84,12 @@ proptest! {
                 let expected: Vec<u32> = hierarchy.drawn_units(&both).map(|unit| unit as u32).collect();
                 prop_assert_eq!(selector.units(&world.scene, *id), &expected);
                 prop_assert!(followed.iter().eq(&expected));
-                // Demand, and the errors of missing groups.
+                // The demand lists the refined groups, and the errors of missing groups.
                 let always = always_refined(hierarchy);
                 let wide = InstanceView::new(&view.with_margins(&settings), &placed.placement);
                 let wanted = (0..refined.len()).filter(|&group| refined[group] && !always[group]);
                 let wanted = wanted.map(|group| {
-                    // Computed after the decision: as of a group that is refined now.
+                    // `demand` runs after the decision, so the group counts as refined.
                     let error = group_error_px(&hierarchy.groups[group], &wide, &settings, true);
                     (group as u32, (!may[group]).then_some(error))
                 });
@@ -109,7 +109,7 @@ fn budget_counts_what_is_drawn_of_available_groups() {
     let view = look(perspective(1.0), Vec3::new(0.0, 0.3, 2.0), Vec3::ZERO);
     let fine = LodSettings::with_error_px(0.05);
     let all = world.select(&view, &fine).triangle_count();
-    // A budget of everything available changes nothing, and a smaller one is kept.
+    // A budget for all available groups changes nothing, and a smaller budget is kept.
     for (budget, least) in [(all, all), (all / 2, all / 4)] {
         let settings = LodSettings {
             triangle_budget: Some(budget),

@@ -1,4 +1,4 @@
-//! Ids, layers, removals and unusual views of scenes; what a frame decides again.
+//! Ids, layers, removals and unusual views of scenes, and the number of decisions in a frame.
 
 mod common;
 
@@ -59,7 +59,7 @@ fn ids_of_removed_meshes_are_reused() {
 #[test]
 fn units_leave_with_their_instance_and_mesh() {
     let mut scene = Scene::default();
-    // In pieces, as a whole, and at the coarsest level.
+    // As units, as a whole mesh, and at the coarsest level.
     let far = Affine3A::from_translation(Vec3::Z * -1e6);
     let near = Affine3A::IDENTITY;
     for (which, placement) in [(0, near), (5, near), (0, far)] {
@@ -209,7 +209,7 @@ fn may_cast(center: Vec3, radius: f32, direction: Vec3, sees: &impl Fn(Vec3) -> 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// An instance that may cast a shadow into the view is drawn as if all instances might.
+    /// An instance that may cast a shadow into the view has the cut that it has if all instances may cast one.
     #[test]
     fn shadow_casters_keep_their_cuts(
         places in prop::collection::vec(vector(), 60..120),
@@ -219,7 +219,7 @@ proptest! {
         (pace, zoom) in (prop_oneof![Just(1.0f32), Just(0.05f32)], prop_oneof![Just(0.0f32), -0.02f32..0.02]),
     ) {
         let mut scene = Scene::default();
-        // In pieces and as a whole.
+        // As units and as a whole mesh.
         let rock = &hierarchies()[0];
         let meshes = [scene.add_mesh(rock), scene.add_mesh(&rock.whole_mesh_levels().unwrap())];
         let rocks: Vec<(InstanceId, Vec3)> = places.iter().zip(meshes.iter().cycle()).map(|(place, mesh)| {

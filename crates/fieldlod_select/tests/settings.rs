@@ -19,7 +19,7 @@ fn cut_of(which: usize, view: &fieldlod_select::View, settings: &LodSettings) ->
     cut
 }
 
-/// Whether `finer` refines whatever `coarser` does.
+/// Whether `finer` refines all groups that `coarser` refines.
 fn holds(finer: &Cut, coarser: &Cut) -> bool {
     let mut pairs = coarser.refined().iter().zip(finer.refined());
     pairs.all(|(&coarser, &finer)| !coarser || finer)
@@ -58,7 +58,7 @@ proptest! {
         for group in &hierarchies()[which].groups {
             let (bound, sample) = (screen_error_px(group, &instance), group_error_px(group, &instance, &sampled, false));
             prop_assert!(sample <= bound * 1.0001);
-            // To first order √(1 + κ); spheres that graze a wide corner add a little.
+            // The ratio is √(1 + κ) to first order; spheres that graze a wide corner add a little.
             prop_assert!(bound == f32::INFINITY || sample * (1.0 + 2.0 * max_curl) >= bound, "{} {}", sample, bound);
         }
     }
@@ -83,7 +83,7 @@ proptest! {
         let wide = InstanceView::new(&view.with_margins(&settings), &Affine3A::IDENTITY);
         let plain = InstanceView::new(&view, &Affine3A::IDENTITY);
         for group in &hierarchies()[which].groups {
-            // Of spheres behind the camera a wider frustum may exclude more.
+            // A wider frustum may exclude more of the spheres behind the camera.
             let is_ahead = plain.sphere_in_camera(&group.bounds).center.z >= 0.0;
             prop_assert!(!is_ahead || screen_error_px(group, &wide) >= screen_error_px(group, &plain));
         }
@@ -134,7 +134,7 @@ fn cut_without_thresholds_is_the_coarsest() {
         ..LodSettings::default()
     };
     for (which, hierarchy) in hierarchies().iter().enumerate() {
-        // Inside the object, where every error is infinite.
+        // The eye is inside the object, where every error is infinite.
         let eye = hierarchy.groups[0].bounds.center;
         let view = look(perspective(1.0), eye, Vec3::ZERO);
         let coarsest = cut_of(which, &view, &LodSettings::with_error_px(f32::INFINITY));
@@ -175,7 +175,7 @@ fn caster_outside_the_view_counts_as_on_the_axis() {
 
 #[test]
 fn refined_group_leaves_the_view_later_than_it_entered() {
-    // Past the edge of the image and back: where the last group leaves and the first one enters.
+    // The places past the edge of the image at which the last group leaves and, on the way back, the first one enters.
     let edges = |edge_hysteresis: f32| {
         let settings = with_advanced(|advanced| advanced.edge_hysteresis = edge_hysteresis);
         let mut cut = Cut::default();
@@ -200,7 +200,7 @@ fn refined_group_leaves_the_view_later_than_it_entered() {
 #[test]
 fn guarantee_without_deviations_draws_full_detail_in_view() {
     let settings = LodSettings::guaranteed(1e6);
-    // Nothing is promised behind the camera.
+    // The guarantee does not include groups behind the camera.
     for (target, is_seen) in [(Vec3::ZERO, true), (Vec3::Z * 100.0, false)] {
         let view = look(perspective(1.0), Vec3::Z * 50.0, target);
         let cut = cut_of(4, &view, &settings);

@@ -1,4 +1,5 @@
-//! Hidden instances count less: at once when they come into view, late when they go out of it.
+//! Hidden instances are drawn coarser. They are refined in the frame in which they appear, and coarsened some frames
+//! after they disappear.
 
 mod common;
 
@@ -36,7 +37,7 @@ fn world() -> (World, [InstanceId; 2]) {
     (world, ids)
 }
 
-/// From before the wall, where it hides the rock, and from beside it.
+/// A view in which the wall hides the rock, and a view from beside the wall.
 fn views() -> [View; 2] {
     let from = |x: f32| look(perspective(1.0), Vec3::X * x, Vec3::new(0.0, 0.0, -12.0));
     [from(0.0), from(9.0)]
@@ -66,11 +67,11 @@ fn instance_that_appears_is_refined_in_the_same_frame() {
     let (mut world, [wall, rock]) = world();
     let [hiding, beside] = views();
     let mut selector = world.select(&hiding, &settings());
-    // By a step to the side.
+    // The camera steps to the side.
     selector.select(&world.scene, &beside, &settings());
     let expected = seen_units(&world, rock, &beside);
     assert_eq!(selector.units(&world.scene, rock), expected);
-    // By the removal of the wall.
+    // The wall is removed.
     let mut selector = world.select(&hiding, &settings());
     world.scene.remove(wall);
     world.scene.update();
@@ -91,7 +92,7 @@ fn instance_that_disappears_is_coarsened_after_some_frames() {
     };
     let first = (0..20).find(|_| is_coarse());
     assert_eq!(first, Some(usize::from(HOLD_FRAMES)));
-    // Then nothing is decided in a still view.
+    // After the shares have settled, a still view decides nothing.
     for _ in 0..HOLD_FRAMES {
         is_coarse();
     }
@@ -152,7 +153,7 @@ fn large_occluder_hides_what_is_behind_it() {
     let [large, behind, beside] = shares_from(Vec3::ZERO, true);
     assert!(behind.iter().all(|&share| share < 1e-6));
     assert!(beside.iter().all(|&share| share == 1.0));
-    // Its far side is hidden by its near side, except for groups that reach around.
+    // The near side of the rock hides its far side, except for groups that reach around.
     assert!(large.contains(&1.0) && large.iter().any(|&share| share < 0.5));
 }
 

@@ -36,8 +36,8 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// Returns `true` if all levels of detail were ready once. Until then the camera waits where nothing is visible, because
-/// most machines cannot draw all source meshes.
+/// Returns `true` if all levels of detail were ready once. Until then the camera waits where nothing is visible,
+/// because most machines cannot draw all source meshes.
 fn levels_are_ready(
     progress: Res<FieldLodProgress>,
     time: Res<Time<Real>>,

@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 
-/// A well-mixed hash of a lattice point and a seed.
+/// A well-mixed hash of a lattice point and a seed, with the multipliers of MurmurHash3.
 fn hash(cell: IVec3, seed: u32) -> u32 {
     let mut h = seed.wrapping_mul(0x9e37_79b9);
     for component in cell.to_array() {

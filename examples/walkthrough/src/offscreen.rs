@@ -1,4 +1,5 @@
-//! Follows the path without a window. It renders pictures and prints numbers; without an adapter, it only prints numbers.
+//! Follows the path without a window. It renders pictures and prints numbers; without an adapter, it only prints
+//! numbers.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -110,7 +111,7 @@ impl Renderer {
         }
     }
 
-    /// Runs one update, as [`App::update`] does, and waits for the GPU. Returns three times: of the main world, of the
+    /// Runs one update, as [`App::update`] does, and waits for the GPU. Returns the times of the main world, of the
     /// extraction and the render world, and of the wait.
     fn update(&mut self) -> [Duration; 3] {
         let apps = self.app.sub_apps_mut();
@@ -130,8 +131,8 @@ impl Renderer {
         [main, render, start.elapsed() - main - render]
     }
 
-    /// Runs updates until every mesh has its levels of detail. Returns the elapsed time in seconds. Nothing is drawn
-    /// until then, so that the bakes get all cores.
+    /// Runs updates until every mesh has its levels of detail. Returns the elapsed time in seconds. The camera is
+    /// inactive, so that the bakes get all cores.
     fn wait_for_levels(&mut self) -> f32 {
         let start = Instant::now();
         let mut last_line = Instant::now();

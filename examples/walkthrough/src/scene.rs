@@ -126,7 +126,7 @@ fn spawn(world: &mut World) {
     for (id, shape) in generated.shapes {
         let triangles = shape.triangle_count();
         let (mesh, mean_color) = shape.into_mesh();
-        // Otherwise Bevy computes the bounds for each of the thousands of instances.
+        // Without the box, Bevy computes the bounds of each of the thousands of instances.
         let bounds = mesh.compute_aabb().unwrap_or_default();
         let material = material(id, mean_color, &ground);
         let mesh = world.resource_mut::<Assets<Mesh>>().add(mesh);

@@ -17,7 +17,8 @@ const UNDERGROWTH_SPACING_IN_M: f32 = 2.3;
 /// The distance from the avenue at which undergrowth ends.
 const UNDERGROWTH_LIMIT_IN_M: f32 = 62.0;
 
-/// A `share`, from 0 to 1, of all trees, bushes, tufts and stones. A larger share includes all objects of a smaller one.
+/// A `share`, from 0 to 1, of all trees, bushes, tufts and stones. A larger share includes all objects of a smaller
+/// one.
 pub(crate) fn grow(path: &CameraPath, share: f32) -> Vec<Placed> {
     let camera = CameraClearance::new(path);
     let wild = squares(TREE_SPACING_IN_M, SIDE_IN_M / 2.0 - 3.0, 701).filter_map(tree);

@@ -1,10 +1,10 @@
 //! The plugin beside stock Bevy: the same scenes from the same poses, each in a process of its own.
 //!
 //! `cargo bench -p fieldlod_tests --bench beside_stock -- FOLDER` draws every `.glb` file of the folder and generated
-//! scenes at 1, 2.5 and 10 radii: triangles, image errors over the pixels that show a surface, resident memory and slabs
-//! of Bevy's mesh allocator, and seconds until the levels are ready. Levels come from a cache, so that no bake runs in a
-//! measured process. Resident memory is that of Linux; with a software adapter it contains what the GPU holds. `--only
-//! NAME` selects scenes, and `--pictures OUT` keeps the pictures.
+//! scenes at 1, 2.5 and 10 radii. It prints triangles, image errors over the pixels that show a surface, and seconds
+//! until the levels are ready. It also prints resident memory, and slabs of Bevy's mesh allocator. Levels come from a
+//! cache, so that no bake runs in a measured process. Resident memory is that of Linux; with a software adapter it
+//! contains the GPU memory. `--only NAME` selects scenes, and `--pictures OUT` keeps the pictures.
 
 mod pictures;
 #[path = "../process.rs"]
@@ -19,7 +19,7 @@ use scene::{Measured, SCENES};
 /// Environment variable of a measuring process: its [`Case`].
 const CASE: &str = "FIELDLOD_BESIDE_STOCK";
 
-/// What a process measures.
+/// The input of a measuring process.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Case {
     /// A generated scene, or the path of a `.glb` file.

@@ -23,7 +23,7 @@ pub(crate) fn compare(folder: &Path, scene: &str, radii: f32) -> (f64, f64) {
     (error.rmse, error.flip.unwrap_or(0.0))
 }
 
-/// A surface shows where the colour is not that of the corner.
+/// Pixels with another colour than the corner show a surface.
 fn lab_picture(picture: &RgbaImage) -> Picture {
     let background = *picture.get_pixel(0, 0);
     let (width, height) = picture.dimensions();

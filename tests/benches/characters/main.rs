@@ -1,8 +1,8 @@
 //! Frame times of crowds of animated characters with a sun, with and without levels.
 //!
-//! `cargo bench -p fieldlod_tests --bench characters -- fox.glb 1000 0.02 knight.glb 300 1` prints
-//! medians for 1,000 foxes, drawn at 0.02 of their size, and for 300 knights. Commands for the GPU are recorded and dropped.
-//! With `--adapter` they are executed, and the time of a frame includes the wait for them. `--together` puts all crowds into
+//! `cargo bench -p fieldlod_tests --bench characters -- fox.glb 1000 0.02 knight.glb 300 1` prints medians for 1,000
+//! foxes, drawn at 0.02 of their size, and for 300 knights. Commands for the GPU are recorded and dropped. With
+//! `--adapter` they are executed, and the time of a frame includes the wait for them. `--together` puts all crowds into
 //! one scene.
 //!
 //! `FIELDLOD_PICTURES=folder` writes a picture of each crowd, with `--adapter`.

@@ -1,8 +1,9 @@
 //! The first start: time until the first picture and until all levels are drawn, and memory.
 //!
-//! `cargo bench -p fieldlod_tests --bench first_start -- town` draws the town by Bevy alone, by the plugin for the first and
-//! for the second time with a cache, and with a file that was baked ahead. Each is a process of its own, without the shader
-//! cache of drivers. Other scenes and sizes are those of the bench `whole_frame`. `-- walkthrough` starts the walkthrough.
+//! `cargo bench -p fieldlod_tests --bench first_start -- town` draws the town by Bevy alone and by the plugin. The
+//! plugin starts with an empty cache, with the cache of that start, and with a file that was baked ahead. Each is a
+//! process of its own, without the shader cache of drivers. Other scenes and sizes are those of the bench
+//! `whole_frame`. `-- walkthrough` starts the walkthrough.
 //!
 //! The first picture is complete: all pipelines are compiled. The plugin draws sources until their levels are ready, so
 //! that all its pictures are sharp.

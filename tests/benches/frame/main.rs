@@ -1,8 +1,8 @@
-//! What a frame costs the CPU: full detail, hand-made levels with `VisibilityRange`, and the plugin.
+//! CPU time of a frame: full detail, hand-made levels with `VisibilityRange`, and the plugin.
 //!
-//! `cargo bench -p fieldlod_tests --bench frame -- rocks 100000` prints medians and minima of the main world, the extraction
-//! and the render world. `-- town` has a town with the counts of Bevy's `bevy_city`, `-- forest` a forest of 100,000 trees;
-//! a number sets another size. `-- kinds` compares the kinds of levels at several sizes of mesh.
+//! `cargo bench -p fieldlod_tests --bench frame -- rocks 100000` prints medians and minima of the main world, the
+//! extraction and the render world. `-- town` has a town with the counts of Bevy's `bevy_city`, `-- forest` a forest of
+//! 100,000 trees; a number sets another size. `-- kinds` compares the kinds of levels at several sizes of mesh.
 //!
 //! Bevy's methods have two forms: culled on the CPU, and by the GPU alone with `NoCpuCulling`. Commands for the GPU are
 //! recorded and dropped, so that any adapter will do and the GPU is idle.

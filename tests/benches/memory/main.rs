@@ -55,8 +55,8 @@ fn main() {
     }
 }
 
-/// The numbers that a process counts: resident bytes, source triangles, source bytes, bytes of meshes for the render
-/// world alone and for both worlds, meshes, and entities of units.
+/// The numbers of a process: resident bytes, source triangles, source bytes, mesh bytes of the render world alone, mesh
+/// bytes of both worlds, meshes, and units.
 type Counts = [usize; 7];
 
 fn run(case: &str, folder: &Path, is_plain: bool) -> Counts {

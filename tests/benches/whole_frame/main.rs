@@ -1,15 +1,16 @@
 //! Whole frames on the adapter at hand, each method at its image error, with shadows and without.
 //!
-//! `cargo bench -p fieldlod_tests --bench whole_frame -- town 4000` draws a town of 4,000 entities; `town` alone has 46,717.
-//! Other scenes are `forest`, `rocks` and `boulders`, the default. The methods draw in turn. "frame" is a whole update with
-//! the wait for the GPU; "main" and "render" are its parts on the CPU. `-- walkthrough` draws the walkthrough by each method.
+//! `cargo bench -p fieldlod_tests --bench whole_frame -- town 4000` draws a town of 4,000 entities; `town` alone has
+//! 46,717. Other scenes are `forest`, `rocks` and `boulders`, the default. The methods draw in turn. "frame" is a whole
+//! update with the wait for the GPU; "main" and "render" are its parts on the CPU. `-- walkthrough` draws the
+//! walkthrough by each method.
 //!
-//! Hand-made levels get the image error of the plugin at 1 px: one factor for all their distances is searched.
+//! The distances of hand-made levels have a common factor, at which their image error is that of the plugin at 1 px.
 //!
 //! `FIELDLOD_PICTURES=folder` writes a picture of each.
 //!
-//! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under the
-//! same C symbols. `-- meshlets` runs it too.
+//! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under
+//! the same C symbols. `-- meshlets` runs it too.
 
 #[path = "../walkthrough.rs"]
 mod walkthrough;
@@ -29,13 +30,13 @@ const SIZE_PX: UVec2 = UVec2::new(960, 540);
 const COMPARED: [f32; 2] = [0.0, 2.4];
 const STEPS: u8 = 7;
 const STEP: f32 = 0.4;
-/// Rounds over those steps, unless [`LAST_ROUND`] has passed.
+/// Largest number of rounds over the steps, and the time after which no round starts.
 const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
 /// Halvings of the interval of the factor of distances.
 const SEARCH_STEPS: usize = 9;
-/// Relative difference of equal image errors. Each thing that changes its level is a step of the error, so that not
-/// every error can be reached.
+/// Relative difference up to which image errors count as equal. Each change of a level is a step of the error, so that
+/// a smaller difference may be out of reach.
 const SAME: f64 = 0.03;
 
 fn main() -> Result<(), String> {
@@ -129,8 +130,8 @@ impl Row {
     }
 }
 
-/// Scales the distances of hand-made levels until the image error is `error`, up to [`SAME`] or the nearest that is
-/// found. Returns the factor.
+/// Scales the distances of hand-made levels until the image error is `error`, up to [`SAME`]. Returns the factor with
+/// the nearest image error.
 fn match_error(app: &mut SceneApp, error: f64, full: &[RgbaImage]) -> f32 {
     let (mut near, mut far) = (0.05f32, 20.0f32);
     let (mut best, mut distance) = (1.0, f64::INFINITY);
@@ -159,7 +160,7 @@ fn time(rows: &mut [Row], has_shadows: bool) {
     for row in &mut *rows {
         row.times.clear();
         row.app.set_shadows(has_shadows);
-        // Pipelines and shadow maps change.
+        // The first frames compile pipelines and allocate shadow maps.
         for _ in 0..2 {
             row.app.draw();
         }

@@ -1,7 +1,8 @@
 //! A walk through rocks that are read in parts: memory, missing detail, bytes read and time of the main thread.
 //!
-//! `FIELDLOD_WORLD=folder cargo bench -p fieldlod_tests --bench world` bakes 100 different rocks of 327,680 triangles into
-//! the folder, unless they are there, and walks at 60 frames per second without a renderer. `-- 10` uses ten rocks.
+//! `FIELDLOD_WORLD=folder cargo bench -p fieldlod_tests --bench world` bakes 100 different rocks of 327,680 triangles
+//! into the folder, unless they are there, and walks at 60 frames per second without a renderer. `-- 10` uses ten
+//! rocks.
 
 #[path = "../process.rs"]
 mod process;
@@ -100,7 +101,7 @@ fn app_in(folder: &Path, count: u32, gpu_mib: u64) -> (App, Entity) {
     (app, camera)
 }
 
-/// The pose on a loop through the rocks. A jump goes to another part of it.
+/// The pose on a loop through the rocks. A jump goes to another part of the loop.
 fn pose((_, speed, jump_every): (&str, f32, f32), seconds: f32) -> Transform {
     let jumps = (seconds / jump_every).floor();
     let at = |seconds: f32| {

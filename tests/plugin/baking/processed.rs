@@ -1,4 +1,4 @@
-//! Assets that were processed hold their levels of detail.
+//! Processed assets contain their levels of detail.
 
 use std::path::{Path, PathBuf};
 
@@ -56,7 +56,7 @@ const OPTIONS: FileOptions = FileOptions {
     beside_source: true,
 };
 
-/// `mesh.glb` of the folder of sources, processed as all there.
+/// Processes a folder of sources, and returns the processed `mesh.glb`.
 fn process(sources: &Path) -> Vec<u8> {
     let mut app = unfinished(assets(sources, true));
     app.add_plugins(FieldLodProcessorPlugin);
@@ -77,7 +77,7 @@ fn sources_in(folder: &TempDir, name: &str, file: &[u8]) -> PathBuf {
     sources
 }
 
-/// What the processor has put into a `.glb` file.
+/// The `.fieldlod` file that the processor added to a `.glb` file.
 fn embedded(glb: &[u8]) -> &[u8] {
     let chunk = glb.windows(4).position(|bytes| bytes == b"FLOD").unwrap() + 4;
     let (length, file) = glb[chunk..].split_first_chunk::<4>().unwrap();
@@ -92,7 +92,7 @@ fn processed_file_needs_no_bake() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "mesh.glb", &file.glb_bytes());
     let processed = process(&sources);
-    // Exactly what `fieldlod bake --quantize --beside-source` gives, with every attribute.
+    // The file equals that of `fieldlod bake --quantize --beside-source`, and has every attribute.
     let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
@@ -117,7 +117,7 @@ fn processor_reads_textures_beside_file() {
     let sources = sources_in(&folder, "mesh.glb", &tree().glb_bytes());
     let glb = sources.join("mesh.glb");
     let mut all = Vec::new();
-    // What was processed already is processed anew where the texture has changed.
+    // The processor runs again on a file with a changed texture.
     for width in [6, 1] {
         save(&sources, width);
         let processed = process(&sources);

@@ -121,7 +121,8 @@ fn file_matches_meshes_loaded_by_bevy() {
     }
 }
 
-/// A file that [`AutoLod`] names must match. In place of a faulty file beside the asset, the mesh is baked.
+/// A faulty file that [`AutoLod`] names is an error. A faulty file beside the asset is a warning, and the mesh is
+/// baked.
 #[test]
 fn faulty_files_are_logged() {
     let mut file = two_rocks();
@@ -302,7 +303,7 @@ fn bark_and_leaves_change_levels_together() {
     assert_changes_together(&approach(LodOrigin::BesideAsset));
 }
 
-/// Checks that both change in the same steps, until there are too few leaves to change.
+/// Checks that bark and leaves change levels in the same steps. Up to four steps may differ, when few leaves remain.
 fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     let steps = drawn
         .windows(2)
@@ -315,7 +316,7 @@ fn assert_changes_together(drawn: &[[Option<u32>; 2]]) {
     assert!(together >= 4 && together + 4 >= changes.len(), "{drawn:?}");
 }
 
-/// For levels that were baked at run time, and for levels of a file.
+/// The levels are baked at run time, or come from a file.
 #[test]
 fn changed_leaves_are_baked_with_bark_again() {
     let mut file = one_tree();

@@ -21,7 +21,7 @@ use crate::headless::{add, app_in, origins, ready, rock};
 
 const SIDE: u32 = 16;
 
-/// A texture of needles as wide as this, in texels.
+/// A texture of needles that are `width` texels wide.
 fn needles(width: u32) -> impl Fn(u32, u32) -> [u8; 4] {
     move |x, _| [40, 90, 20, if x % 8 < width { 255 } else { 0 }]
 }

@@ -43,7 +43,7 @@ fn despawn_in_any_phase_does_not_panic() {
             let known = Mesh3d(mesh);
             app.world_mut().spawn((known.clone(), AutoLod::default()));
             ready(&mut app, 1);
-            // New entities, after no frame and one frame.
+            // The entities are new: they have been in no frame or in one frame.
             spawn_camera(&mut app, 3.0);
             app.world_mut().spawn((known, AutoLod::default()));
             let clusters = Mesh3d(add(&mut app, rock(5, 1)));

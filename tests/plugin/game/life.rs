@@ -179,7 +179,7 @@ fn meshes_of_units_exist_while_units_are_drawn() {
         (meshes, units)
     };
     let near = counts(&mut app);
-    // The source, and meshes of Bevy.
+    // The other meshes are the source, and meshes of Bevy.
     let others = near.0 - near.1;
     assert!(others < 3 && near.1 > 20, "{near:?}");
     for (distance, fewer) in [(300.0, true), (3.0, false)] {

@@ -33,7 +33,7 @@ static ROCKS: LazyLock<BakedFile> = LazyLock::new(|| {
     }
 });
 
-/// In small pages, so that there are many.
+/// A file of both rocks with many small pages.
 static PAGES: LazyLock<Vec<u8>> = LazyLock::new(|| {
     let options = PageOptions {
         page_bytes: 16 << 10,
@@ -125,7 +125,7 @@ fn streamed_mesh_equals_whole_mesh() {
     let shelf = Shelf::default();
     shelf.put("whole.fieldlod", ROCKS.to_bytes());
     shelf.put("parts.fieldpages", PAGES.clone());
-    // Once more with a reader that cannot seek.
+    // The second round uses a reader that cannot seek.
     for _ in 0..2 {
         let [whole, parts] = ["whole.fieldlod", "parts.fieldpages"].map(|file| {
             let (mut app, camera) = app_of(&shelf, ROOMY);
@@ -151,14 +151,14 @@ fn streamed_mesh_equals_whole_mesh() {
     }
 }
 
-/// The bytes that the camera's view wants without a limit.
+/// The bytes of pages that the camera's view needs.
 fn wanted_bytes() -> u64 {
     let (_, mut app, _) = one_rock("wanted.fieldpages", ROOMY);
     run_until_sharp(&mut app);
     memory(&app).wanted_bytes
 }
 
-/// With half and a tenth of the bytes that a view wants.
+/// The budgets are half and a tenth of the bytes that a view needs.
 #[test]
 fn small_budget_is_kept_without_holes() {
     let wanted = wanted_bytes();
@@ -176,7 +176,7 @@ fn small_budget_is_kept_without_holes() {
                 let now = memory(app);
                 peak = peak.max(now.resident_bytes + now.coming_bytes);
                 loading = loading.max(now.loading_bytes);
-                // The check is slow.
+                // The check is slow, and the surface changes only with the triangles.
                 let triangles = stats(app, camera).triangles_drawn;
                 if std::mem::replace(&mut last, triangles) != triangles {
                     assert_no_hole(app, camera);
@@ -184,7 +184,7 @@ fn small_budget_is_kept_without_holes() {
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
         };
-        // Until nothing changes, and two seconds of a game.
+        // The memory settles, then stays unchanged for two seconds of a game.
         frames(&mut app, 400);
         let (steady, before) = (drawn(&app, camera), memory(&app));
         frames(&mut app, 120);

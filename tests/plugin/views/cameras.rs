@@ -217,7 +217,7 @@ fn units_have_render_layers_of_source() {
     assert_eq!((drawn(&app, camera), drawn(&app, other)), (before, 0));
 }
 
-/// The entities in the shadow maps of a camera, of all cascades of the sun.
+/// The entities in all cascades of the sun for a camera.
 fn cast(app: &mut App, camera: Entity) -> Vec<Entity> {
     let mut suns = app.world_mut().query::<&CascadesVisibleEntities>();
     let sun = suns.single(app.world()).unwrap();
@@ -278,7 +278,7 @@ fn each_cameras_cascades_have_its_cut() {
     assert_ne!(cast(&mut app, near), cast(&mut app, far));
 }
 
-/// Checks that a lamp's shadows have the cut of the camera with [`ShadowLodOrigin`], of two cameras near and far.
+/// Checks with a near and a far camera that a lamp's shadows have the cut of the one with [`ShadowLodOrigin`].
 fn assert_lit_as_marked(lamp: impl Bundle, shadows: fn(&mut App) -> Vec<Entity>) {
     let mut app = app();
     let near = spawn_camera(&mut app, 4.0);
@@ -400,7 +400,7 @@ fn triangle_budget_ignores_hidden_objects() {
     ready(&mut app, 2);
     assert_eq!(units_in_use(&mut app), in_use);
     assert!(stats(&app, camera).error_px <= alone.error_px);
-    // It is shown and hidden again.
+    // The hidden rock is shown, then both are hidden.
     insert(&mut app, hidden, Visibility::Inherited);
     app.update();
     assert!(stats(&app, camera).error_px > alone.error_px);

@@ -46,7 +46,7 @@ fn hidden_object_needs_fewer_triangles() {
 }
 
 #[test]
-fn visible_flux_added_later_knows_occluders() {
+fn visible_flux_added_later_has_occluders() {
     let (mut app, camera, wall) = rock_behind_a_rock(false);
     let all = drawn(&app, camera);
     insert(&mut app, camera, FieldLodVisibleFlux);

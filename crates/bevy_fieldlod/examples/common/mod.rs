@@ -44,7 +44,7 @@ pub(crate) fn plugins_with_assets_in(folder: PathBuf) -> PluginGroupBuilder {
             exit_condition: ExitCondition::DontExit,
             ..default()
         })
-        // A frame shows all its meshes only if their pipelines are compiled in it.
+        // Otherwise meshes are missing until their pipelines are compiled.
         .set(RenderPlugin {
             synchronous_pipeline_compilation: true,
             ..default()
@@ -113,7 +113,7 @@ fn take_picture(
     mut exit: MessageWriter<AppExit>,
 ) {
     let is_ready = progress.ready > 0 && progress.waiting == 0 && memory.missing_pages == 0;
-    // Some frames, because what is uploaded is drawn a frame later.
+    // Waits a few frames, because uploaded meshes are drawn in the next frame.
     *ready_frames += u32::from(is_ready);
     if is_ready && *ready_frames == 6 {
         let screenshot = Screenshot::image(picture.target.clone());

@@ -139,8 +139,8 @@ impl Default for LodMemory {
 impl Default for FieldLodAppConfig {
     /// Plain below 400 triangles, units from 20,000 on; no cache.
     ///
-    /// Smaller meshes save few triangles with levels. Between the thresholds, units save at most 5 % of the triangles of
-    /// whole meshes, and need more than twice the entities (`tests/benches/RECORD.md`, "frame, kinds").
+    /// Smaller meshes save few triangles with levels. Between the thresholds, units save at most 5 % of the triangles
+    /// of whole meshes, and need more than twice the entities (`tests/benches/RECORD.md`, "frame, kinds").
     fn default() -> Self {
         Self {
             whole_world: false,

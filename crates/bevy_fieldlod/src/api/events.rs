@@ -179,8 +179,9 @@ pub enum LodError {
     #[cfg(feature = "bake")]
     #[error(transparent)]
     Bake(#[from] fieldlod_bake::MeshError),
-    /// No matching file was found, and [`FieldLodAppConfig::bake_at_run_time`](crate::FieldLodAppConfig::bake_at_run_time) or
-    /// the `bake` feature is disabled.
+    /// No matching file was found, and
+    /// [`FieldLodAppConfig::bake_at_run_time`](crate::FieldLodAppConfig::bake_at_run_time) or the `bake` feature is
+    /// disabled.
     #[error("no matching .fieldlod file was found, and meshes are not baked at run time")]
     BakeDisabled,
 }

@@ -29,8 +29,8 @@ pub struct LodLevels<'w, 's> {
 
 impl LodLevels<'_, '_> {
     /// The finest and the coarsest level of `entity` in the last cut of `camera`, inside the image or outside. Both are
-    /// equal for a prop. `None` if the entity has no levels of detail, or if the camera does not draw it: it is hidden,
-    /// on another layer, or the camera draws nothing.
+    /// equal for a prop. `None` if the entity has no levels of detail, is hidden or is on another layer, or if the
+    /// camera draws nothing.
     #[must_use]
     pub fn in_view(&self, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
         let instance = self.scene.instance_of(entity)?;

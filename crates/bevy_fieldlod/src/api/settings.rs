@@ -35,9 +35,9 @@ pub struct FieldLodCamera {
     /// [`FieldLodVisibleFlux`](crate::FieldLodVisibleFlux).
     #[deref]
     pub lod: LodSettings,
-    /// Factor of the errors of objects outside the margin, from 0 to 1, while a light with shadows reaches the view.
-    /// 0 draws them at their coarsest level, 1 at the level that their distance needs. At 0.3, shadows that reach far
-    /// into the image keep their shape.
+    /// Factor of the errors of objects outside the image and its margin, from 0 to 1. It applies while a light with
+    /// shadows reaches the view. 0 draws these objects at their coarsest level, 1 at the level that their distance
+    /// needs. At 0.3, shadows that reach far into the image keep their shape.
     pub shadow_bias: f32,
 }
 
@@ -73,8 +73,8 @@ impl FieldLodCamera {
         Self::with_error_px(0.5)
     }
 
-    /// A limit of the screen-space error, in physical pixels. Groups coarsen below 0.8 of it. Objects count as inside
-    /// the image up to a tenth of its size beyond each edge.
+    /// A limit of the screen-space error, in physical pixels. Groups coarsen below 0.8 of the limit. Objects count as
+    /// inside the image up to a tenth of its size beyond each edge.
     #[must_use]
     pub fn with_error_px(error_px: f32) -> Self {
         Self::from_lod(LodSettings::with_error_px(error_px))
@@ -112,7 +112,7 @@ impl FieldLodCamera {
         }
     }
 
-    /// Returns the selection settings. `has_shadows` tells whether a light casts shadows into the view.
+    /// Returns the selection settings. `has_shadows` is whether a light casts shadows into the view.
     #[must_use]
     pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
         let bias = self.shadow_bias.min(1.0);

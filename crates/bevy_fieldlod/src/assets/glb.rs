@@ -1,8 +1,8 @@
 //! A `.fieldlod` file inside a `.glb` file.
 //!
-//! Binary glTF is a header of twelve bytes and a sequence of chunks, `length u32 | type u32 | bytes`.
-//! Readers ignore chunks of unknown types after the JSON and the BIN chunk (glTF 2.0, §4.4.3). Chunks are padded to four
-//! bytes, so our chunk begins with the exact length of the `.fieldlod` file.
+//! Binary glTF is a header of twelve bytes and a sequence of chunks, `length u32 | type u32 | bytes`. Readers ignore
+//! chunks of unknown types after the JSON and the BIN chunk (glTF 2.0, §4.4.3). Chunks are padded to four bytes, so our
+//! chunk begins with the exact length of the `.fieldlod` file.
 
 const HEADER: usize = 12;
 const CHUNK_HEADER: usize = 8;

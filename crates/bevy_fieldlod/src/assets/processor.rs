@@ -19,8 +19,8 @@ use crate::assets::glb;
 ///
 /// It works while [`AssetPlugin`] processes assets: with `AssetMode::Processed` and Bevy's `asset_processor` feature.
 /// The processed files are glTF with an additional chunk, which other readers ignore. The shipped game needs neither
-/// this plugin nor the `bake` feature. The bake of leaves reads PNG and JPEG images beside the file, and runs again when
-/// these change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
+/// this plugin nor the `bake` feature. The bake of leaves reads PNG and JPEG images beside the file, and runs again
+/// when these change. `.gltf` files with separate buffers are not supported: bake them with `fieldlod bake`.
 ///
 /// ```no_run
 /// use bevy::prelude::*;
@@ -108,7 +108,7 @@ async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
         wanted.push(name.to_owned());
         Err(io::ErrorKind::NotFound.into())
     };
-    // The error is ignored here, because the bake reports it.
+    // An import that finds no file collects the names. Its error is ignored, because the bake reports it.
     let _ = import_gltf_bytes(glb, &want);
     let mut files = Files::new();
     for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {

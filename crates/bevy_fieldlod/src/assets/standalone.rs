@@ -18,14 +18,14 @@ use crate::scene::unit_mesh::{source_indices, source_mesh};
 /// Draws a primitive of a `.fieldlod` or `.fieldpages` file, without the glTF file that it was baked from. Add a
 /// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
 ///
-/// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of an
-/// existing [`AutoLod`]. Entities of the same primitive share the mesh and the levels. Removing this component removes
-/// the [`Mesh3d`] and the [`AutoLod`].
+/// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of
+/// an existing [`AutoLod`]. Entities of the same primitive share the mesh and the levels. Removing this component
+/// removes the [`Mesh3d`] and the [`AutoLod`]. A failure triggers [`LodFailed`](crate::LodFailed).
 /// - A `.fieldlod` file is in memory as a whole. The mesh is the source geometry.
 /// - A `.fieldpages` file (`fieldlod bake --pages`) is streamed. The mesh is the coarsest level; finer levels are read
 ///   in the background as views need them, and evicted to keep the budgets of
-///   [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). Missing pages fall back to coarser geometry. The mesh is
-///   always drawn as units.
+///   [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). Missing pages fall back to coarser geometry. The
+///   mesh is always drawn as units.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -76,7 +76,7 @@ pub(crate) struct StandaloneMeshes(
 #[derive(Clone)]
 pub(crate) struct StandaloneMesh {
     pub(crate) source: Handle<Mesh>,
-    /// The levels; `None` if a provider makes them.
+    /// The levels; `None` if a [`LevelProvider`](crate::prepare::lookup::LevelProvider) prepares them.
     pub(crate) lods: Option<Handle<BakedLods>>,
 }
 
@@ -224,7 +224,7 @@ fn insert_meshes(
         match made {
             Ok(StandaloneMesh { source, lods }) => {
                 commands.try_insert(Mesh3d(source));
-                // If a provider makes the levels, the `AutoLod` of an ancestor is enough.
+                // A `LevelProvider` needs no file in the `AutoLod`, so the `AutoLod` of an ancestor is enough.
                 if lods.is_some() || auto_lods.find(entity).is_none() {
                     commands.try_insert(AutoLod {
                         baked: lods,

@@ -1,8 +1,8 @@
 //! Filters the lists of visible entities, where the CPU culls.
 //!
-//! For each camera and each shadow view, Bevy's culling fills a list with the source meshes and the units of all
-//! views that intersect the frustum. Here every list keeps only what the cut of its camera draws. Shadow views use
-//! the cut of their camera: with a cut of their own, a surface could shade itself.
+//! For each camera and each shadow view, Bevy's culling fills a list with all source meshes and units that intersect
+//! the frustum. This module removes the entities that the cut of the camera does not draw. Shadow views use the cut of
+//! their camera: with a cut of their own, a surface could shade itself.
 
 use std::any::TypeId;
 
@@ -36,7 +36,7 @@ pub(crate) fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     }
 }
 
-/// Removes from every camera's list what its cut does not draw.
+/// Removes the entities from every camera's list that its cut does not draw.
 fn filter_visible_entities(
     mut cameras: Query<(&Camera, &mut VisibleEntities, &ViewCut)>,
     scene: Res<LodScene>,
@@ -48,7 +48,7 @@ fn filter_visible_entities(
     }
 }
 
-/// Removes from a list what a cut does not draw.
+/// Removes the entities from a list that a cut does not draw.
 fn filter(entities: &mut Vec<Entity>, cut: &ViewCut, scene: &LodScene) {
     entities.retain(|&entity| {
         let record = scene.records.find(entity);
@@ -68,7 +68,7 @@ pub(crate) type ShadowCasters<'w, 's> = Query<
     ),
 >;
 
-/// Removes from every shadow view's list what the cut of its camera does not draw.
+/// Removes the entities from every shadow view's list that the cut of its camera does not draw.
 fn filter_shadow_views(
     mut directional: Query<&mut CascadesVisibleEntities, With<DirectionalLight>>,
     mut point: Query<&mut CubemapVisibleEntities, With<PointLight>>,
@@ -99,8 +99,8 @@ fn filter_shadow_views(
     }
 }
 
-/// The cut for the shadows of point and spot lights: that of the camera with [`ShadowLodOrigin`], else of one that
-/// draws to a window, else of any. Bevy chooses the origin of its visibility ranges alike.
+/// The cut for the shadows of point and spot lights. The first choice is the camera with [`ShadowLodOrigin`], then a
+/// camera that draws to a window, then any camera. Bevy chooses the origin of its visibility ranges alike.
 pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entity, &'a ViewCut)> {
     cameras
         .iter()

@@ -1,7 +1,7 @@
-//! Draws entities with another mesh than their [`Mesh3d`]. Only the render world knows: no component changes.
+//! Draws entities with another mesh than their [`Mesh3d`]. Only the render world changes; no component does.
 //!
-//! After Bevy has extracted mesh entities, and before it looks up where their meshes lie in the buffers of the GPU, the
-//! id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
+//! Bevy extracts mesh entities, then looks up where their meshes lie in the buffers of the GPU. Between these steps,
+//! the id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
 //! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
 //! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities.
 //!
@@ -168,6 +168,7 @@ fn draw_other_meshes(
             *shared = RenderMeshInstanceSharedFlat::read_from_blob(&blob);
         }
     };
+    // If the GPU builds instances, the extracted ones are still in queues.
     let Some(mut queues) = queues else {
         return;
     };
@@ -194,8 +195,8 @@ fn draw_other_meshes(
     }
 }
 
-/// Updates the morph descriptors after changed meshes were collected. Bevy updates them earlier. Without this, a mesh is
-/// drawn with the morph targets of its last level for one frame.
+/// Updates the morph descriptors after changed meshes were collected. Bevy updates them earlier. Without this, a mesh
+/// is drawn with the morph targets of its last level for one frame.
 fn update_morph_descriptors(
     indices: ResMut<MorphIndices>,
     uniforms: ResMut<MorphUniforms>,

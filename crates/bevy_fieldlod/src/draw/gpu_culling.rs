@@ -1,8 +1,8 @@
-//! Leaves frustum culling to the GPU if Bevy's GPU preprocessing can do it, so that the main world visits changed objects
-//! only.
+//! Leaves frustum culling to the GPU if Bevy's GPU preprocessing can do it, so that the main world visits changed
+//! objects only.
 //!
-//! Bevy excludes entities with [`NoCpuCulling`] from all lists in the main world. The render world keeps a list per view,
-//! which changes only with its entities. `gpu_lists` removes the entities that a view does not draw.
+//! Bevy excludes entities with [`NoCpuCulling`] from all lists in the main world. The render world keeps a list per
+//! view, which changes only with its entities. `gpu_lists` removes the entities that a view does not draw.
 //!
 //! The CPU culls skinned and morphed meshes: Bevy moves their boxes with their joints, and animates visible ones only.
 
@@ -30,7 +30,7 @@ pub(crate) struct GpuCulling {
     is_supported: Arc<AtomicBool>,
 }
 
-/// Detects whether the GPU can cull, and switches.
+/// Detects whether the GPU can cull, and switches between GPU and CPU culling.
 pub(crate) fn plugin(app: &mut App) {
     let culling = GpuCulling::default();
     let is_supported = culling.is_supported.clone();
@@ -50,7 +50,7 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// Switches when the cameras or the configuration change.
+/// Switches between GPU and CPU culling when the cameras or the configuration change.
 fn switch_gpu_culling(
     mut culling: ResMut<GpuCulling>,
     config: Res<FieldLodAppConfig>,

@@ -1,8 +1,8 @@
 //! Updates the lists of visible entities in the render world, where the GPU culls.
 //!
 //! Bevy adds every entity with `NoCpuCulling` to the lists of all views on its layers. This module removes units and
-//! the sources of units from the lists of views that do not draw them, and adds them again as cuts change. Shadow views
-//! have the lists of their camera. Views that are newer than an entity, or that change their layers, get new lists: Bevy
+//! their sources from the lists of views that do not draw them, and adds them again as cuts change. Shadow views have
+//! the lists of their camera. Views that are newer than an entity, or that change their layers, get new lists: Bevy
 //! adds only changed entities, and treats a view without layers as one that sees all layers.
 
 use std::any::TypeId;
@@ -172,10 +172,12 @@ impl ListedEntities {
             let is_on_layers = on_layers.is_some_and(|on| layers.intersects(on));
             is_on_layers && is_seen(entity) && self.draws(camera, entity)
         };
+        // An up-to-date list can differ in changed entities only.
         if is_marked && is_same {
             let changed = culled.added.iter().chain(&self.changed);
             update_entities(list, changed, is_wanted);
         } else {
+            // Listed entities that the GPU does not cull must leave the list.
             let known: Vec<MainEntity> = list.entities_gpu_culling.keys().copied().collect();
             update_entities(list, culled.entities.keys().chain(&known), is_wanted);
             self.made_for.insert(key, (layers.clone(), camera));

@@ -17,7 +17,7 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 /// A change of what views draw.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum ListChange {
-    /// Only views that mark this entity draw it.
+    /// Lists an entity: only views that mark it draw it.
     Add(MainEntity),
     /// An entity was despawned or lost its levels.
     Remove(MainEntity),
@@ -116,7 +116,7 @@ fn note_changes(
     }
 }
 
-/// Records whose cut is drawn into the shadow maps that all cameras share.
+/// Records the camera whose cut is drawn into the shadow maps that all cameras share.
 fn note_shadow_view(
     cameras: ShadowCasters,
     mut shadow_view: Local<Option<Entity>>,

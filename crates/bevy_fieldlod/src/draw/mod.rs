@@ -1,8 +1,8 @@
 //! Makes Bevy draw the selected cuts.
 //!
-//! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: the mesh that the renderer draws for each whole
-//! mesh, entities of units, and lists of visible entities: filtered in the main world, or updated in the render world
-//! where the GPU culls.
+//! In: the cuts and [`LodScene`](crate::scene::lod_scene::LodScene). Out: the mesh that the renderer draws for each
+//! whole mesh, the entities of units, and the lists of visible entities. The lists are filtered in the main world, or
+//! updated in the render world if the GPU culls.
 
 pub(crate) mod cpu_lists;
 pub(crate) mod drawn_meshes;

@@ -1,8 +1,8 @@
 //! Removes the source meshes of units from the GPU while no view draws them, and uploads them again.
 //!
-//! Bevy keeps a mesh on the GPU while any handle refers to it. This module tells Bevy's render world that a source was
-//! removed once all entities with that mesh are drawn as units. In the frame in which an entity or a view draws the
-//! source again, it tells that the mesh was added, with the data from main memory.
+//! Bevy keeps a mesh on the GPU while any handle refers to it. Once all entities with a source are drawn as units, this
+//! module reports the source to Bevy's render world as removed. In the frame in which the source is drawn again, the
+//! module reports it as added, with the data from main memory.
 //!
 //! The users of meshes are searched only after a change that may affect the result, so most frames cost nothing.
 
@@ -128,7 +128,7 @@ fn release_sources(
         let has_units = |object: &Option<&LodObject>| object.is_some_and(LodObject::has_units);
         let clustered = drawn.iter().filter(|(.., object)| has_units(object));
         unused.extend(clustered.map(|(_, mesh, _)| mesh.id()));
-        // Other sources could not be uploaded again.
+        // A source that is not in main memory could not be uploaded again.
         let is_in_main_memory = |mesh: &AssetId<Mesh>| {
             let usage = meshes.get(*mesh).map(|mesh| mesh.asset_usage);
             usage == Some(RenderAssetUsages::default())
@@ -151,7 +151,7 @@ fn release_sources(
     if returned.is_empty() {
         return;
     }
-    // Bevy caches the place of a mesh in the buffers of the GPU.
+    // Bevy caches where a mesh lies in the buffers of the GPU. A returned mesh may lie elsewhere.
     for (entity, mesh, _) in &drawn {
         if returned.contains(&mesh.id()) {
             drawn_meshes.extract_again(entity);

@@ -116,6 +116,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     }
     let mut meshes = world.resource_mut::<Assets<Mesh>>();
     let mut handles = HashMap::new();
+    // A mesh that another entity still draws is used again.
     wanted.retain(|&(lod, unit), (units, _)| {
         let made = units.made().get(&unit).copied();
         let handle = made.and_then(|mesh| meshes.get_strong_handle(mesh));
@@ -125,7 +126,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     });
     let wanted: Vec<_> = wanted.into_iter().collect();
     let pool = ComputeTaskPool::get_or_init(TaskPool::default);
-    // A camera cut needs thousands in one frame.
+    // After a jump of the camera, thousands of meshes are needed in one frame.
     let new = wanted.par_splat_map(pool, None, |_, wanted| {
         let make =
             |((_, unit), (units, source)): &((MeshId, u32), (&UnitMeshes, AssetId<Mesh>))| {
@@ -147,8 +148,8 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
 
 /// Draws the source of objects with a unit whose mesh could not be made.
 ///
-/// A program has changed or removed the source in this frame, and the event arrives in the next frame. Without the unit,
-/// the surface would have a hole until then.
+/// A program has changed or removed the source in this frame, and the event arrives in the next frame. Without the
+/// unit, the surface would have a hole until then.
 fn draw_sources_of_missing_units(world: &mut World, spawns: &[UnitSpawn]) {
     for spawn in spawns.iter().filter(|spawn| spawn.mesh.is_none()) {
         if let Ok(mut object) = world.get_entity_mut(spawn.unit.object)
@@ -188,10 +189,11 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
     Some(unit)
 }
 
-/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second, so that
-/// a camera that turns back finds its units.
+/// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second. With fewer,
+/// a camera that turns back spawns its units again; with more, more idle entities and meshes exist.
 const IDLE_FRAMES: u32 = 60;
-/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together.
+/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together. With more,
+/// a frame takes longer; with fewer, idle units exist longer.
 const MOST_DESPAWNED: usize = 256;
 
 /// Despawns units that no view has drawn for [`IDLE_FRAMES`].

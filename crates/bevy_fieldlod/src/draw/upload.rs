@@ -1,5 +1,5 @@
-//! Sends the meshes of units and levels to the GPU, and records when it has them, so that a cut is never drawn with
-//! a mesh missing.
+//! Sends the meshes of units and levels to the GPU, and records when it has them. Without the record, a cut could be
+//! drawn with meshes missing.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

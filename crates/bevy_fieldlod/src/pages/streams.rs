@@ -23,17 +23,18 @@ use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
-/// Limit of concurrent reads. Further reads are queued. With few, the latency of a disk limits its rate; with thousands,
-/// pages that a view has left are read before those that it needs.
+/// Limit of concurrent reads. Further reads are queued. With few, the latency of a disk limits its rate; with
+/// thousands, pages that a view has left are read before those that it needs.
 const MAX_CONCURRENT_READS: usize = 32;
-/// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second.
+/// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second, so that a
+/// shorter duration logs healthy drives.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// The streamed meshes, and their pages that are being loaded.
 #[derive(Resource)]
 pub(super) struct PageStreams {
     residency: Residency,
-    /// The paged mesh of each source mesh. It may be here before its first page is prepared.
+    /// The paged mesh of each source mesh. It is added before its first page is prepared.
     pub(super) sources: HashMap<AssetId<Mesh>, MeshInPages>,
     meshes: HashMap<StreamMeshId, StreamedMesh>,
     by_mesh: HashMap<MeshId, StreamMeshId>,
@@ -99,6 +100,7 @@ impl PageStreams {
     /// Adds a mesh whose first page is in the scene.
     pub(super) fn add(&mut self, lod: &Arc<LodMesh>, source: MeshInPages, scene: &mut LodScene) {
         let stream = self.residency.add_mesh(source.paged());
+        // Only the first page is loaded, which has the coarsest cut: no group may be refined yet.
         scene.scene.set_available(lod.id, |_| false);
         scene.has_incomplete_sources = true;
         self.by_mesh.insert(lod.id, stream);
@@ -118,8 +120,8 @@ impl PageStreams {
         }
     }
 
-    /// Reports the groups that a view refines or would refine. Returns how many are missing, and the largest error of
-    /// the coarser geometry that is drawn instead, in pixels.
+    /// Reports the groups that a view refines, or would refine if they were in memory. Returns how many are missing,
+    /// and the largest error of the coarser geometry that is drawn instead, in pixels.
     fn report_demand(&mut self, scene: &LodScene, cut: &ViewCut) -> (u32, f32) {
         let Self {
             residency, by_mesh, ..

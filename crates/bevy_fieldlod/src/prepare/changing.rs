@@ -1,7 +1,7 @@
 //! Meshes that a program changes, such as water, cloth, or a terrain with digging.
 //!
-//! Levels of such a mesh would be stale before they are baked. Its source is drawn, and its levels are prepared again
-//! once it stays unchanged for a while. The time doubles each time that the mesh changes again.
+//! Levels of a changing mesh would be stale before they are baked. Its source is drawn, and its levels are prepared
+//! again once it stays unchanged for a while. The time doubles each time that the mesh changes again.
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
@@ -12,7 +12,7 @@ use crate::api::events::asset_name;
 /// Frames that a mesh must stay unchanged after its first change: half a second at 60 frames per second. With fewer, a
 /// mesh that a user drags is baked between two movements of the mouse; with more, an edit shows its levels late.
 const FIRST_WAIT_FRAMES: u32 = 30;
-/// Upper limit of that number, 16 seconds. Without a limit, a mesh that was changed for an hour never has levels again.
+/// Upper limit of the wait, 16 seconds. Without a limit, a mesh that was changed for an hour never has levels again.
 const MAX_WAIT_FRAMES: u32 = 960;
 /// Number of changes after which the log names the mesh: half a second of changes in every frame, since some edits are
 /// normal.
@@ -65,7 +65,7 @@ impl ChangingMeshes {
         self.meshes.remove(&mesh);
     }
 
-    /// Whether a mesh has changed and has not stayed unchanged since.
+    /// Whether a mesh has changed and has not yet stayed unchanged for long enough.
     pub(super) fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         let changing = self.meshes.get(&mesh);
         changing.is_some_and(|changing| changing.changed_at.is_some())

@@ -35,16 +35,16 @@ pub(super) struct PrepareJob {
     pub(super) sources: Vec<LevelSource>,
 }
 
-/// Where a hierarchy may come from.
+/// A source of a hierarchy.
 pub(super) enum LevelSource {
     /// A `.fieldlod` file, with its name for messages. It must contain the hierarchy.
     File(String, Arc<BakedFile>),
     /// A `.fieldlod` file beside the asset with this path, if it exists and is not stale.
     BesideAsset(AssetServer, AssetPath<'static>, Arc<SidecarFiles>),
-    /// The cache, or else a bake.
+    /// The cache, then a bake.
     #[cfg(feature = "bake")]
     Bake(BakeJob),
-    /// The cache, or else a bake of all skinned and morphed primitives of the glTF file.
+    /// The cache, then a bake of all skinned and morphed primitives of the glTF file.
     #[cfg(feature = "bake")]
     BakeRigged(RiggedBake),
 }
@@ -117,7 +117,10 @@ async fn find_hierarchy(
                 if let Some((file, baked)) = sidecars.find(assets, path).await {
                     match find_beside_asset(job, &mesh, &file, &baked) {
                         Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
-                        Err(error) => warn!("{}: {error}; trying other sources", job.name),
+                        Err(error) => {
+                            let name = &job.name;
+                            warn!("could not use levels of {name}: {error}; trying other sources");
+                        }
                     }
                 }
             }

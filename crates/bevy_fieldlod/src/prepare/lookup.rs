@@ -65,7 +65,8 @@ pub(super) struct InPreparation {
     triangles: u32,
 }
 
-/// Largest number of meshes in tasks, running or queued. Each task holds a copy of its source mesh.
+/// Largest number of meshes in tasks, running or queued. With more, more copies of source meshes are in memory; with
+/// fewer than there are threads, threads are idle.
 const MOST_IN_PREPARATION: u32 = 64;
 /// Largest number of triangles in tasks. A bake needs some hundred bytes per triangle, so this bounds them to about a
 /// gigabyte. A larger mesh is prepared alone.
@@ -172,9 +173,9 @@ impl LodMeshes {
             .collect()
     }
 
-    /// The meshes whose levels no entity has and a cache or a file has.
+    /// The meshes with levels that no entity uses and that a cache or a file has.
     ///
-    /// None while meshes are prepared: entities may wait for levels that are ready, together with others.
+    /// Empty while meshes are prepared, because entities may wait for levels that are ready, together with others.
     pub(super) fn unused(&self) -> HashSet<AssetId<Mesh>> {
         if self.in_preparation.meshes > 0 {
             return HashSet::default();
@@ -189,7 +190,7 @@ impl LodMeshes {
         self.entries.keys().copied().filter(is_unused).collect()
     }
 
-    /// The meshes with levels, which are on the GPU only.
+    /// The meshes with levels. Levels are on the GPU only.
     pub(super) fn meshes_with_levels(&self) -> Vec<AssetId<Mesh>> {
         let is_ready = |mesh: &AssetId<Mesh>| self.ready(*mesh).next().is_some();
         self.entries.keys().copied().filter(is_ready).collect()
@@ -230,7 +231,7 @@ impl LodMeshes {
         meshes.flat_map(|(mesh, entries)| entries.iter_mut().map(|(_, entry)| (*mesh, entry)))
     }
 
-    /// Updates the counters, and drops the data that running tasks share if there are none.
+    /// Updates the counters. If no task is running, drops the data that tasks share.
     pub(super) fn end_of_collection(&mut self) {
         self.count_in_preparation();
         if self.in_preparation.meshes == 0 {
@@ -368,7 +369,7 @@ impl LodMeshLookup<'_> {
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
         let kind = if is_rigged(source) {
-            // Also of primitives that cannot start yet: the others of their file wait for them.
+            // Primitives that cannot start yet are recorded too, because the others of their file wait for them.
             if let Some(path) = self.assets.get_path(mesh) {
                 let file = path.without_label().into_owned();
                 self.known.rigged.insert(mesh, file);

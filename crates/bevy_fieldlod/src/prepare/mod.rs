@@ -1,5 +1,7 @@
-//! From a [`Mesh3d`] to levels of detail: finds mesh entities under an [`AutoLod`](crate::AutoLod), prepares their
-//! meshes in background tasks, and turns the entities into objects that `select` and `draw` handle.
+//! From a [`Mesh3d`] to levels of detail.
+//!
+//! In: mesh entities under an [`AutoLod`](crate::AutoLod). Their meshes are prepared in background tasks. Out: objects
+//! with levels, which `select` and `draw` handle.
 
 #[cfg(feature = "bake")]
 mod bake;

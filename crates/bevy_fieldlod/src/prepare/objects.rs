@@ -17,7 +17,7 @@ use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 
-/// Logs meshes that cannot have levels of detail: one for each reason.
+/// Logs meshes that cannot have levels of detail: one mesh for each reason.
 #[derive(SystemParam)]
 pub(super) struct UnsupportedLog<'w, 's> {
     logged: Local<'s, HashSet<String>>,
@@ -63,7 +63,7 @@ type Placed = (Entity, Ref<'static, GlobalTransform>, Option<&'static Aabb>);
 
 impl StartOrder<'_, '_> {
     /// The waiting entities, the largest on a screen first, and whether the task of each may start. The size of a new
-    /// entity is not known in its first frame: it gets levels that are ready, and its task starts in the next frame.
+    /// entity is not known in its first frame. It gets levels that are ready; its task starts in the next frame.
     fn entities(&self) -> Vec<(Entity, bool)> {
         let waiting = self.waiting.iter();
         let mut sizes: Vec<(f32, Entity, bool)> = waiting
@@ -139,7 +139,7 @@ pub(super) fn give_levels_to_objects(
                 }
                 let finest = lod.mesh_at(0).filter(|_| lod.kind == LodKind::WholeMesh);
                 if finest.is_some() {
-                    // The source is not for the GPU.
+                    // The source is in main memory only, so that a copy of it is the finest level.
                     drawn.set(entity, finest);
                 }
                 give_levels(&mut commands, lod, mesh, wanted);

@@ -14,7 +14,8 @@ use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
 
 /// Frames between two checks: ten seconds at 60 frames per second. Levels that are unused at two checks in a row are
-/// dropped. With a shorter time, enemies that come in waves load their levels for each wave.
+/// dropped. With a shorter time, enemies that come in waves load their levels for each wave; with a longer time, unused
+/// levels stay in memory.
 const CHECKED_EVERY: u32 = 600;
 
 /// Restarts entities before they are tracked.
@@ -109,7 +110,7 @@ fn restart_reloaded_files(mut restart: Restart, mut events: MessageReader<AssetE
     }
 }
 
-/// Handles the loss of the GPU device. Bevy uploads meshes again that main memory has, but not those of levels.
+/// Handles the loss of the GPU device. Bevy uploads again the meshes that main memory has; it does not have levels.
 fn restart_lost_levels(mut restart: Restart, uploads: Res<UploadQueue>) {
     if uploads.take_lost() {
         let lost = restart.known.meshes_with_levels();
@@ -117,8 +118,8 @@ fn restart_lost_levels(mut restart: Restart, uploads: Res<UploadQueue>) {
     }
 }
 
-/// Drops levels that no entity has used for a while, such as those of a menu that was closed while the game keeps the
-/// handles of its meshes.
+/// Drops levels that no entity has used for a while, although the game keeps the handles of their meshes. An example is
+/// a closed menu.
 ///
 /// Only levels that a cache or a file has are dropped: an entity that needs them again loads them.
 pub(super) fn drop_unused_levels(

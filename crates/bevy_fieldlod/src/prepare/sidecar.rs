@@ -62,7 +62,7 @@ fn parse(name: String, bytes: &[u8]) -> Found {
     match BakedFile::from_bytes_beside_source(bytes) {
         Ok(file) => Some((name, Arc::new(file))),
         Err(error) => {
-            warn!("could not use {name}: {error}");
+            warn!("could not use {name}: {error}; trying other sources");
             None
         }
     }

@@ -32,7 +32,7 @@ pub(crate) struct SourceArrays {
 }
 
 impl SourceArrays {
-    /// Copies the attributes of `mesh`. The error tells why the mesh cannot have levels of detail.
+    /// Copies the attributes of `mesh`. Fails if the mesh cannot have levels of detail.
     pub(crate) fn of(mesh: &Mesh) -> Result<Self, LodError> {
         // Without this usage, the data is present only until the renderer takes it, and the result would depend on
         // timing.

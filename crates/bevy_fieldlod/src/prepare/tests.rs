@@ -31,7 +31,7 @@ fn with_wind(mesh: Mesh) -> Mesh {
     mesh.with_inserted_attribute(WIND, wind)
 }
 
-/// The mesh with joints, weights and two morph targets that tell the index of each vertex.
+/// The mesh with joints, weights and two morph targets that contain the index of each vertex.
 fn with_rig(mesh: Mesh) -> Mesh {
     let count = mesh.count_vertices();
     let joints: Vec<[u16; 4]> = (0..count as u16).map(|v| [v, 1, 2, 3]).collect();
@@ -55,7 +55,7 @@ fn source_hash(mesh: &Mesh) -> SourceHash {
     source.rig.add_to(hash)
 }
 
-/// Makes it the hierarchy of a mesh without tangents.
+/// Turns the hierarchy into that of a mesh without tangents.
 fn lose_tangents(hierarchy: &mut Hierarchy) {
     let mut mesh = source_of(hierarchy);
     mesh.remove_attribute(Mesh::ATTRIBUTE_TANGENT);
@@ -281,7 +281,7 @@ fn meshes_with_unused_vertices_find_levels_of_used_ones() {
     }
 }
 
-/// For example a trunk that two trees share, with different levels for each tree.
+/// For example, two trees may share a trunk and have different levels of it.
 #[test]
 fn equal_meshes_find_levels_of_their_own_place() {
     let mut file = file_of(&pyramid(), true);

@@ -75,8 +75,8 @@ impl Threads {
 }
 
 /// Priority of background threads, from 0 to 99: "below normal" on Windows, niceness 10 on Linux. On a core that a game
-/// uses all the time, the Linux scheduler gives a tenth to a bake (weights 110 and 1024). With the lowest priority, bakes
-/// starve beside a game without a frame limit; with the normal one, its frames take up to twice as long.
+/// uses all the time, the Linux scheduler gives a tenth to a bake (weights 110 and 1024). With the lowest priority,
+/// bakes starve beside a game without a frame limit; with the normal one, its frames take up to twice as long.
 #[cfg(feature = "bake")]
 const BACKGROUND_PRIORITY: u8 = 22;
 

@@ -90,7 +90,7 @@ impl ChangedEntities<'_, '_> {
     }
 }
 
-/// Updates mesh entities that are new under an [`AutoLod`] or no longer under one, or whose mesh changed.
+/// Updates mesh entities that entered or left the subtree of an [`AutoLod`], or whose mesh changed.
 fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,
@@ -104,7 +104,7 @@ fn track_objects(
             continue;
         };
         let auto_lod = auto_lods.find(entity);
-        // The levels of the object fit.
+        // The levels of the object match the mesh and the settings.
         if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
             && object.source == mesh.id()
             && object.fits(auto_lod)
@@ -136,7 +136,7 @@ fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
     scene.new_objects.push(added.entity);
 }
 
-/// Draws the mesh of an entity that is no longer an object.
+/// Draws the source of an entity that loses its levels, and despawns its units.
 fn remove_object(
     removal: On<Remove, LodObject>,
     drawn: Res<DrawnMeshes>,

@@ -1,15 +1,15 @@
 //! Finds entities on which a component has changed, many at a time.
 //!
-//! Bevy's `Changed` filter checks entity by entity. In most frames nearly all entities are unchanged, and checking a row
-//! of change ticks at once is several times faster.
+//! Bevy's `Changed` filter checks entity by entity. In most frames nearly all entities are unchanged, and checking a
+//! row of change ticks at once is several times faster.
 
 use bevy::ecs::change_detection::{ContiguousRef, Tick};
 use bevy::ecs::query::{ArchetypeFilter, QueryFilter};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 
-/// Entities that are checked at once: four cache lines of ticks. Each row with a change is then checked entity by entity,
-/// which costs more with longer rows; the loop over shorter rows is not worth its vector instructions.
+/// Entities that are checked at once: four cache lines of ticks. A row with a change is then checked entity by entity,
+/// which costs more with longer rows. Shorter rows gain less from vector instructions.
 const ROW: usize = 64;
 
 /// Finds the entities on which a component has changed since the system last ran.

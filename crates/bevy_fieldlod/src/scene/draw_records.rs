@@ -11,7 +11,7 @@ pub(crate) enum DrawKind {
     Free,
     /// A whole mesh at one level, drawn in all views.
     WholeMesh,
-    /// The source of units: drawn by the views that want no cut.
+    /// The source of units: drawn by the views without a cut.
     Source,
     /// A unit: drawn by the views whose cut it is in.
     Unit {

@@ -1,5 +1,5 @@
-//! The data that `prepare`, `select` and `draw` share: objects and their levels, the scene that cuts are selected from,
-//! the cut of each view, and the entity that draws each part.
+//! The data that `prepare`, `select` and `draw` share: objects and their levels, the scene for selection, and the cut
+//! of each view. Records name the entity that draws each part.
 
 pub(crate) mod changed;
 pub(crate) mod draw_records;

@@ -8,8 +8,8 @@ use fieldlod_hierarchy::SourceHash;
 /// How the levels of a skinned or morphed mesh are placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Rig {
-    /// The joint whose pose places a skinned mesh, as an index into the joints of its skin. A mesh without a skin has the
-    /// transform of its entity.
+    /// The joint whose pose places a skinned mesh, as an index into the joints of its skin. A mesh without a skin has
+    /// the transform of its entity.
     pub(crate) carrier_joint: Option<u16>,
 }
 

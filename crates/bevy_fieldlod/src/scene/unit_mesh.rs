@@ -1,9 +1,9 @@
 //! Cuts a Bevy mesh into the meshes of its drawable units.
 //!
-//! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification has
-//! moved. Positions, normals, tangents, two sets of texture coordinates and colours of moved vertices are from the
-//! hierarchy; other attributes, joints and morph targets are copied from the source vertex. Units have the vertex layout
-//! of their source, so both use the same pipelines, and nothing is compiled when units replace the source.
+//! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification
+//! has moved. Moved vertices have positions, normals, tangents, two sets of texture coordinates and colours from the
+//! hierarchy. Other attributes, joints and morph targets are copied from the source vertex. Units have the vertex
+//! layout of their source, so both use the same pipelines, and nothing is compiled when units replace the source.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -50,7 +50,7 @@ pub(crate) fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
 /// Makes the meshes of units when views first draw them: most units of a large mesh are never drawn.
 #[derive(Debug)]
 pub(crate) struct UnitMeshes {
-    /// Without groups and source vertices, which the source mesh has.
+    /// The hierarchy without groups and without the vertices that the source mesh has.
     hierarchy: Hierarchy,
     made: Mutex<HashMap<u32, AssetId<Mesh>>>,
 }

@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::view_cut::{ViewCut, layer_bits};
 
-/// Where and on which layers an object is drawn.
+/// The placement of an object, and the components that affect its layers.
 pub(super) type Placement = (
     Entity,
     &'static GlobalTransform,

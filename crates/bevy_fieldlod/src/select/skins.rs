@@ -25,7 +25,7 @@ impl SkinPoses<'_, '_> {
         moved.map(|(entity, ..)| entity)
     }
 
-    /// The transform from the local space of a skinned object, as its carrier joint moves it; `None` without a skin.
+    /// The transform of a skinned object from local space to the world, by its carrier joint; `None` without a skin.
     pub(crate) fn world_from_local(&self, entity: Entity) -> Option<Affine3A> {
         let (_, object, skin) = self.skinned.get(entity).ok()?;
         let (index, joint) = carrier_of(object, &skin)?;

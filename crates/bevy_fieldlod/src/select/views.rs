@@ -146,6 +146,7 @@ fn prepare_view(
     let layers = layer_bits(layers);
     let lit = lights.lit_by(frustum, layers);
     let layers = layers | lit.layers;
+    // Views without a cut report no changes, but their layers decide which whole meshes they draw.
     if cut.layers != layers {
         cut.layers = layers;
         scene.swap_all_whole_meshes();

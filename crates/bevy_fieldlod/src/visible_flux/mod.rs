@@ -15,7 +15,7 @@ use crate::select::views::SelectSteps;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodVisibleFluxPlugin;
 
-/// Scales the errors of an object by the share of it that this camera can see. Insert it on the camera.
+/// Scales the errors of an object by its share that is visible to this camera. Insert it on the camera.
 ///
 /// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes about a millisecond
 /// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders.
@@ -60,7 +60,7 @@ fn mark_occluders(
             material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
         });
         if let Some(id) = scene.instance_of(entity).map(|instance| instance.id) {
-            // Occluders have the surface of the mesh at rest.
+            // An occluder has the surface of the mesh at rest, which an animated mesh leaves.
             let is_occluder = is_opaque && object.mesh.rig.is_none();
             scene.scene.set_occluder(id, is_occluder);
         }

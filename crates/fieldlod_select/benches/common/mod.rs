@@ -30,7 +30,7 @@ pub(crate) fn look_through(fov_y_in_deg: f32, eye: Vec3, target: Vec3) -> View {
     View::new(camera(fov_y_in_deg), &Affine3A::from_mat4(world_from_view))
 }
 
-/// An orthographic view, `height` of the world from top to bottom.
+/// An orthographic view of `height` world units from top to bottom.
 pub(crate) fn look_from_afar(height: f32, eye: Vec3, target: Vec3) -> View {
     let half = Vec2::new(16.0 / 9.0, 1.0) * (0.5 * height);
     let projection = Mat4::orthographic_rh(-half.x, half.x, -half.y, half.y, 1000.0, 0.0);

@@ -28,7 +28,7 @@ impl ErrorBounds {
         }
     }
 
-    /// The bounds of all items; zero if there are none.
+    /// The bounds of all items; zero for no items.
     pub(crate) fn around(items: impl Iterator<Item = Self> + Clone) -> Self {
         let largest = |value: fn(&Self) -> f32| {
             let values = items.clone().map(|item| or_infinity(value(&item)));
@@ -42,7 +42,7 @@ impl ErrorBounds {
     }
 }
 
-/// The sphere about the centre of the box of all spheres; `None` if there are none.
+/// The sphere about the centre of the box of all spheres; `None` for no spheres.
 pub(crate) fn sphere_around(spheres: impl Iterator<Item = Sphere> + Clone) -> Option<Sphere> {
     let boxes = spheres.clone().map(|Sphere { center, radius }| {
         let half = Vec3::splat(radius);

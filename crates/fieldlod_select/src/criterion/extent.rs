@@ -50,7 +50,7 @@ impl<L: Lane> SeenExtent<L> {
             ..
         } = *seen;
         let gap = distance * L::splat(1.0 - ROUNDING) - reach;
-        // Without an overflow of the square.
+        // The square of a large distance overflows to infinity.
         let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (distance + reach)).sqrt();

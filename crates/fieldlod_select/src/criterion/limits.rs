@@ -24,7 +24,7 @@ use crate::settings::LodSettings;
 /// Limits of allowed errors within which an instance keeps its level, in local or world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Limits {
-    /// The finest refined group has at least this error; infinite at the coarsest level, which needs no such group.
+    /// The finest refined group has at least this error; infinite at the coarsest level, which needs no refined group.
     pub(crate) lowest: f32,
     /// No finer group has a larger error.
     pub(crate) highest: f32,
@@ -178,8 +178,8 @@ impl LevelErrors {
     }
 
     /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
-    /// neither certainly refined nor certainly not. `scale` is the least and the largest factor of errors in the world,
-    /// `weight` the factors of errors of groups that were not refined and of groups that were refined.
+    /// neither certainly refined nor certainly not. `scale` is the least and the largest factor of errors in the world.
+    /// `weight` has the factors of errors of groups that were not refined and of groups that were refined.
     #[inline]
     pub(crate) fn certain_level(
         &self,

@@ -18,14 +18,14 @@ use crate::view::sides::LensSides;
 const LEAST_RADIUS: f32 = 1.0;
 /// Points for each texel of a sphere. Fewer points leave gaps; more points cost time in proportion.
 const POINTS_PER_TEXEL: f32 = 0.5;
-/// Limits for meshes of clusters, such as grounds: near parts hide much, and a coarse ground hides what stands on it,
-/// so they get more triangles.
+/// Limits for meshes of clusters, for example grounds. Near parts hide much, and a coarse ground hides the objects on
+/// it, so that these meshes get more triangles.
 const IN_PIECES: Fineness = Fineness {
     largest_point_area: 1400.0,
     triangles_per_texel: 0.12,
 };
-/// Limits for meshes that are drawn as a whole, such as trees: points keep the gaps in crowns open, which coarse levels
-/// close.
+/// Limits for meshes that are drawn as a whole, for example trees. Points keep the gaps in crowns open, which coarse
+/// levels close.
 const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,

@@ -7,8 +7,8 @@ use crate::settings::LodSettings;
 /// A share in steps.
 ///
 /// ```text
-/// not refined, or seen no less: the share that is seen now
-/// else, after `hold_frames` frames in a row that saw less: the largest share of those and this frame
+/// not refined, or no less visible:                   the visible share of this frame
+/// after `hold_frames` frames in a row with less:     the largest visible share of these frames and this one
 /// ```
 /// Without that largest share, an instance behind the posts of a fence would change its level again and again.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,8 +37,8 @@ impl HeldShare {
     }
 }
 
-/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share
-/// that is seen now.
+/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the visible
+/// share of this frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
@@ -46,19 +46,19 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the
+    /// Updates the share in a new frame. `was_refined` is whether the last frame drew a finer level than the
     /// coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
         self.share.update(now, was_refined, hold_frames);
     }
 
-    /// Whether the share stays as it is while the same is seen.
+    /// Whether the held share equals the visible share.
     pub(crate) fn is_settled(&self) -> bool {
         self.share.held == self.now
     }
 
-    /// Shares of finer levels and of refined levels.
+    /// Shares of finer levels, and of refined levels.
     pub(crate) fn now_and_held(&self) -> [u8; 2] {
         [self.now, self.share.held]
     }
@@ -82,7 +82,7 @@ pub(crate) struct ShareMemory {
     shares: Vec<HeldShare>,
     /// Held shares, eight to an element.
     held: Vec<[u8; LANES]>,
-    /// Whether `held` equals the shares that are seen.
+    /// Whether `held` equals the visible shares.
     is_settled: bool,
     /// The previous share, if it was the same for all groups.
     last_of_all: Option<u8>,
@@ -116,7 +116,7 @@ impl ShareMemory {
         self.held.is_empty()
     }
 
-    /// Whether the shares stay as they are while the same is seen.
+    /// Whether the held shares equal the visible shares.
     pub(crate) fn is_settled(&self) -> bool {
         self.is_settled
     }
@@ -129,7 +129,7 @@ impl ShareMemory {
         }
     }
 
-    /// Starts with the shares that are seen now.
+    /// Starts with the visible shares of this frame.
     pub(crate) fn begin(&mut self, words: usize, seen: &SeenShares) {
         self.shares.clear();
         self.shares.resize(words * CHUNK, HeldShare::default());

@@ -10,14 +10,14 @@ use super::boxes::AxisBox;
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, V3};
 
-/// Texels along the longer side of the image. A larger image takes longer to draw; in a smaller one,
-/// small instances have too few texels.
+/// Texels along the longer side of the image. A larger image takes longer to draw than the millisecond of this one; in
+/// a smaller one, small instances have too few texels.
 const LONGER_SIDE: f32 = 256.0;
-/// Least side in texels; sides are multiples of it, one element of lanes.
+/// Least side in texels: one element of lanes. Sides are multiples of it.
 const LEAST_SIDE: usize = 8;
-/// Bound of the rounding of positions, in texels.
+/// Bound of the rounding of positions, in texels. With a smaller bound, a sphere may miss texels that it covers.
 const ROUNDING: f32 = 0.01;
-/// Least depth of points in the image.
+/// Least depth of points in the image, because the nearness `1/z` needs a positive depth.
 pub(crate) const NEAREST: f32 = 1e-3;
 
 /// A camera's image as texels, x to the right and y down.

@@ -20,7 +20,7 @@ pub(crate) struct ScreenTriangle {
     nearest: f32,
 }
 
-/// Position of an edge in the row with centers at `y`: `slope y + offset`, left of a triangle or right of it.
+/// Position of an edge in the row with centers at `y`: `slope y + offset`, to the left or the right of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct RowEnd {
     slope: f32,
@@ -74,8 +74,8 @@ impl Corner {
     }
 }
 
-/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`: none, one, or two
-/// if the triangle reaches behind the camera.
+/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`. There are no, one
+/// or two parts: two only if the triangle reaches behind the camera.
 #[inline(always)]
 pub(crate) fn parts_in_front(
     plane: &ImagePlane,

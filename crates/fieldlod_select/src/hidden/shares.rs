@@ -4,8 +4,8 @@ use wide::f32x8;
 
 use crate::lanes::bits::LANES;
 
-/// The steps of hidden and of fully visible groups. Finer steps change with each step of a walk, so that more is
-/// decided; coarser steps draw hidden instances finer.
+/// The steps of hidden and of fully visible groups. Finer steps change with each step of a walk, so that more instances
+/// are decided; coarser steps draw hidden instances finer.
 pub(crate) const HIDDEN: u8 = 0;
 pub(crate) const FULL_SHARE: u8 = 16;
 

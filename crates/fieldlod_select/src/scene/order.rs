@@ -3,10 +3,10 @@
 
 use glam::Vec3;
 
-/// Bits of a coordinate in a code.
+/// Bits of a coordinate in a code: three coordinates fit into 64 bits.
 const BITS: u32 = 21;
 
-/// Sorts items by their places on a Morton curve through the box of all, and items at the same place by themselves.
+/// Sorts items by their places on a Morton curve through the box of all items, and items at the same place by value.
 pub(super) fn sort_along_curve<T: Copy + Ord>(items: &mut Vec<T>, place: impl Fn(T) -> Vec3) {
     let places = items.iter().map(|&item| place(item));
     let finite = places.filter(|place| place.is_finite());

@@ -6,7 +6,7 @@ use crate::settings::LodSettings;
 /// Share of the budget below which a finer threshold is searched. A larger share changes the threshold in more frames;
 /// a smaller share leaves more of the budget unused.
 const DEAD_BAND_FROM: f64 = 0.95;
-/// Frames after which a search is repeated although the previous search could not use more of the budget: groups are
+/// Frames after which a search is repeated although the previous search could not use more of the budget. Groups are
 /// refined as a whole, so the budget may be out of reach for a while. Fewer frames cost more searches; more frames use
 /// the budget later.
 const PATIENCE: u32 = 16;
@@ -16,7 +16,7 @@ const MOST_TRIES: u32 = 12;
 /// Relative difference at which a search ends, and its first step. A smaller difference costs more selections; a larger
 /// difference leaves more of the budget unused.
 const LEAST_STEP: f32 = 0.02;
-/// First threshold above 0.
+/// First threshold above 0: steps are factors, and would stay at 0.
 const LEAST_PX: f32 = 1e-3;
 
 /// The threshold in use, and the state of a search.

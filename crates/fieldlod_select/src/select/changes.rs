@@ -10,9 +10,9 @@ use crate::scene::{InstanceId, Scene};
 pub struct Change<'a> {
     /// The instance.
     pub instance: InstanceId,
-    /// Units that are drawn now and were not drawn before, ascending.
+    /// Units that this change adds to the cut, ascending.
     pub entered: &'a [u32],
-    /// Units that were drawn before and are not drawn now, ascending.
+    /// Units that this change removes from the cut, ascending.
     pub left: &'a [u32],
 }
 
@@ -64,7 +64,7 @@ impl Changes {
         })
     }
 
-    /// The cut of an instance went from `before` to `now`, both ascending.
+    /// Records that the cut of an instance changed from `before` to `now`, both ascending.
     pub(crate) fn record(&mut self, instance: InstanceId, before: &[u32], now: &[u32]) {
         if self.coarsest.is_some() {
             return;

@@ -1,5 +1,5 @@
-//! Finds the groups of an instance that exceed the threshold, eight at a time: by bounds of 64 and of eight groups
-//! first, then by the criterion.
+//! Finds the groups of an instance that exceed the threshold, eight at a time. Bounds of 64 and of eight groups are
+//! tested first, then the criterion.
 
 use std::cell::OnceCell;
 
@@ -67,8 +67,8 @@ impl<'a> Decision<'a> {
         }
     }
 
-    /// Decisions that hold while groups move by `drift`: a refined group exceeds the threshold if it does so during the
-    /// whole motion. Another group exceeds it if it may do so at any time.
+    /// Decisions that hold while groups move by `drift`. A refined group exceeds the threshold if its error does during
+    /// the whole motion. Any other group exceeds it if its error may exceed it at any time of the motion.
     pub(crate) fn throughout(mut self, drift: Drift) -> Self {
         self.drift = drift.distance;
         self.criterion.drift = Some(drift);
@@ -148,7 +148,7 @@ impl<'a> Decision<'a> {
         let exceeds = |threshold_px: f32| {
             bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
         };
-        // Each group against the threshold of its last state; NaN exceeds both.
+        // Each group is compared with the threshold of its last state; NaN exceeds both.
         let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
         let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
         entering | staying

@@ -1,10 +1,10 @@
 //! The motion of the camera within which a cut of groups stays the same.
 //!
-//! A camera that travels by `t` and turns by `θ` displaces a point at the distance `ρ` by at most `t + θ ρ` in camera
-//! space, and its direction from the point by at most `t / (ρ − t)`. The criterion bounds the field over a group's
-//! sphere: with the displacement added to the sphere's radius, the bound holds for every displaced group; with the
-//! displacement subtracted, even below zero, every displaced group has an equal or larger bound. The cut holds for the
-//! whole motion if groups that are not refined stay below the threshold by the first bound, and refined groups stay
+//! The camera travels by `t` and turns by `θ`. A point at the distance `ρ` is displaced by at most `t + θ ρ` in camera
+//! space. Its direction to the camera changes by at most `t / (ρ − t)`. The criterion bounds the field over a group's
+//! sphere. If the displacement is added to the sphere's radius, the bound holds for every displaced group. If it is
+//! subtracted, even below zero, every displaced group has an equal or larger bound. The cut holds for the whole motion
+//! under two conditions. Groups that are not refined stay below the threshold by the first bound; refined groups stay
 //! above it by the second.
 
 use super::frame::{Frame, Input};
@@ -12,7 +12,7 @@ use crate::criterion::Motion;
 use crate::view::stretch::largest_stretch;
 
 /// Number of frames at the present speed for which a cut is tested. With more frames, cuts fail the test more often;
-/// with fewer frames, there are more tests: in a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16
+/// with fewer frames, there are more tests. In a walk among 10,000 rocks, 4 took 0.15 ms a frame, 8 took 0.17 ms and 16
 /// took 0.24 ms at least.
 const FRAMES_AHEAD: f32 = 4.0;
 

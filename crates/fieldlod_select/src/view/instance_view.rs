@@ -62,7 +62,7 @@ impl InstanceView {
 }
 
 /// The inverse transpose up to a positive factor, without dividing: cofactors times the sign of the
-/// determinant, so that outward normals of mirrored instances still point outward.
+/// determinant. Without the sign, outward normals of mirrored instances would point inward.
 fn normal_map(m: &Mat3) -> Mat3 {
     let (x, y, z) = (m.x_axis, m.y_axis, m.z_axis);
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));

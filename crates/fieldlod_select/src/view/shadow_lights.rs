@@ -11,7 +11,7 @@ use crate::lanes::{Lane, V3};
 /// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
 /// instance outside the view.
 const MOST_LIGHTS: usize = 4;
-/// Sine of the angle below which a direction is along a side: the rounding of a few operations is far smaller, and a
+/// Sine of the angle below which a direction is along a side. The rounding of a few operations is far smaller, and a
 /// larger sine only keeps more casters.
 const ALONG: f32 = 1e-3;
 
@@ -48,7 +48,7 @@ pub(crate) struct ShadowTest {
 }
 
 enum LightTest {
-    /// The sides of the image over which the rays of a sun leave it, each a plane of camera space with its offset: no
+    /// The sides of the image over which the rays of a sun leave it, each a plane of camera space with its offset. No
     /// shadow enters over them.
     Sun(Vec<(Vec3, f32)>),
     Lamp(Sphere),
@@ -61,7 +61,7 @@ impl ShadowTest {
             return None;
         };
         let mut sides = planes_in_camera(&view.image_camera).to_vec();
-        // Nothing is seen behind the eye.
+        // No surface behind the eye is visible.
         if matches!(view.image_camera, Camera::Perspective(_)) {
             sides.push((Vec3::Z, 0.0));
         }

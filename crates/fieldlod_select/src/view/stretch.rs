@@ -4,9 +4,9 @@ use glam::{DMat3, Mat3, Vec3};
 
 use crate::lanes::{Lane, M3, V3};
 
-/// How far `MᵀM` may be from a multiple of the identity, relative, for `M` to count as a rotation
-/// with one scale (and mirror): larger than the rounding of products of rotations, and small against the errors of
-/// levels.
+/// Relative distance of `MᵀM` from a multiple of the identity, up to which `M` counts as a rotation
+/// with one scale (and mirror). It is larger than the rounding of products of rotations, and small against the errors
+/// of levels.
 const SIMILARITY_TOLERANCE: f32 = 1e-4;
 
 /// Whether `m` turns, mirrors and scales all lengths alike. False for NaN and for zero.
@@ -19,9 +19,9 @@ pub(crate) fn is_similarity(m: &Mat3) -> bool {
     scale > 0.0 && widest.iter().all(|&d| d <= scale * SIMILARITY_TOLERANCE)
 }
 
-/// An upper bound of the largest singular value: Gershgorin's circles on `MᵀM` and on `MMᵀ`, which
-/// have the squared singular values as eigenvalues, then Newton's steps down to the largest root of
-/// the characteristic polynomial, which they approach from above. NaN for NaN.
+/// An upper bound of the largest singular value; NaN for NaN. The squared singular values are the
+/// eigenvalues of `MᵀM` and of `MMᵀ`, which Gershgorin's circles bound. Newton's steps then approach
+/// the largest root of the characteristic polynomial from above.
 pub(crate) fn largest_stretch(m: &Mat3) -> f32 {
     // An upper bound, which for a similarity is exact.
     let bound = gershgorin(&(m.transpose() * *m)).min(gershgorin(&(*m * m.transpose())));
@@ -78,7 +78,7 @@ fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
 /// How much a map stretches lengths across a sight ray.
 ///
 /// A displacement `e` in local space moves `(I − ssᵀ) M e` across the unit sight ray `s`, at most
-/// `|e| √λ` with `λ` the greater eigenvalue of the restriction of `A = MMᵀ` to the plane across `s`:
+/// `|e| √λ`. `λ` is the greater eigenvalue of the restriction of `A = MMᵀ` to the plane across `s`:
 /// ```text
 /// λ = (T + √(T² − 4D)) / 2,   T = tr A − sᵀAs,   D = sᵀ adj(A) s
 /// ```

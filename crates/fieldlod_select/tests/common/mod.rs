@@ -16,7 +16,7 @@ use proptest::prelude::*;
 /// How many [`hierarchies`] there are.
 pub(crate) const HIERARCHIES: usize = 7;
 
-/// Closed and open, baked and synthetic, measured and not, in pieces and as a whole.
+/// Closed and open, baked and synthetic, with and without deviations, as units and as whole meshes.
 pub(crate) fn hierarchies() -> &'static [Hierarchy] {
     static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
     BAKED.get_or_init(|| {
@@ -40,7 +40,7 @@ pub(crate) fn hierarchies() -> &'static [Hierarchy] {
     })
 }
 
-/// The same without its deviations.
+/// The hierarchy without its deviations.
 pub(crate) fn unmeasured(mut hierarchy: Hierarchy) -> Hierarchy {
     for group in &mut hierarchy.groups {
         group.deviation_in_local = f32::INFINITY;
@@ -53,7 +53,7 @@ pub(crate) fn perspective(fov_y: f32) -> Camera {
     Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
 }
 
-/// Off-centre, as one tile of a wall or one eye of a headset.
+/// An off-centre camera, as for one tile of a wall or one eye of a headset.
 pub(crate) fn off_centre() -> Camera {
     let projection = Mat4::frustum_rh(-0.02, 0.12, -0.08, 0.03, 0.1, 100.0);
     Camera::from_projection(&projection, Vec2::new(900.0, 700.0)).unwrap()
@@ -85,7 +85,7 @@ pub(crate) fn look(camera: Camera, eye: Vec3, target: Vec3) -> View {
     View::new(camera, &Affine3A::from_mat4(world_from_view))
 }
 
-/// From 0.1° to 170°, off-centre and orthographic.
+/// Cameras from 0.1° to 170°, off-centre and orthographic.
 pub(crate) fn any_camera() -> impl Strategy<Value = Camera> {
     prop_oneof![
         6 => (0.05f32..2.4).prop_map(perspective),
@@ -96,7 +96,7 @@ pub(crate) fn any_camera() -> impl Strategy<Value = Camera> {
     ]
 }
 
-/// From a twentieth as wide to twenty times, and off-centre.
+/// Orthographic cameras of different widths, also off-centre.
 pub(crate) fn any_orthographic() -> impl Strategy<Value = Camera> {
     let shift = prop_oneof![Just(0.0f32), -8.0f32..8.0];
     (0.05f32..20.0, shift).prop_map(|(zoom, shift)| match zoomed(orthographic(), zoom) {
@@ -123,7 +123,7 @@ pub(crate) fn any_view() -> impl Strategy<Value = View> {
     })
 }
 
-/// Rotated, scaled evenly or not, mirrored, sheared, flattened.
+/// Placements that rotate, scale evenly or not, mirror, shear and flatten.
 pub(crate) fn any_placement() -> impl Strategy<Value = Affine3A> {
     let turn = || {
         prop::array::uniform4(-1.0f32..1.0)
@@ -145,7 +145,7 @@ pub(crate) fn with_advanced(change: impl FnOnce(&mut AdvancedSettings)) -> LodSe
     settings
 }
 
-/// Either threshold, both or none, with and without each relaxation.
+/// Settings with either threshold, both or none, with and without each relaxation.
 pub(crate) fn any_settings() -> impl Strategy<Value = LodSettings> {
     let threshold = || prop_oneof![1 => Just(0.0f32), 9 => 0.05f32..20.0];
     let thresholds = prop_oneof![

@@ -129,7 +129,7 @@ impl Watcher {
             cut.sort_unstable();
         }
         self.followed.retain(|_, units| !units.is_empty());
-        // An instance on other layers is as good as absent.
+        // An instance on other layers counts as absent.
         let sees = |id: &InstanceId| world.placed.get(id).is_some_and(|p| p.layers & layers != 0);
         self.naive.retain(|id, _| sees(id));
         let wide = view.with_margins(settings);
@@ -184,7 +184,7 @@ impl Naive {
             _ => vec![1.0; before.len()],
         };
         let instance = InstanceView::new(view, &placed.placement);
-        // A bias is a threshold of one's own.
+        // A bias divides the threshold, as the resolution scale does.
         let biased = LodSettings {
             resolution_scale: settings.resolution_scale * placed.bias,
             ..*settings
@@ -195,7 +195,7 @@ impl Naive {
         });
     }
 
-    /// The share that counts of each group.
+    /// Updates the held shares, and returns the share of each group for the criterion.
     fn update_shares(
         &mut self,
         hierarchy: &Hierarchy,
@@ -223,7 +223,7 @@ impl Naive {
     }
 }
 
-/// The visible share that counts of a group.
+/// The held share of a group.
 #[derive(Clone, Copy, Default)]
 struct HeldShare {
     share: f32,

@@ -52,7 +52,7 @@ fn radius(direction: Vec3, cuts: &[(Vec3, f32)], seed: u32) -> f32 {
         let along = normal.dot(direction + warp);
         if along > 0.05 { distance / along } else { 2.0 }
     };
-    // The nearest plane cuts the sphere. Noise wears what is left.
+    // The nearest plane cuts the sphere. Noise wears the surface.
     let cut = cuts.iter().map(to_plane).fold(1.15, f32::min);
     let worn = 0.10 * fbm(direction * 2.2, 3, seed) + 0.07 * ridges(direction * 4.5, 4, seed + 7);
     let grain = 0.006 * fbm(direction * 34.0, 2, seed + 13);

@@ -23,8 +23,8 @@ pub(crate) const TOMB: Vec2 = Vec2::new(150.0, -44.0);
 /// Height of the round temple's terrace.
 pub(crate) const TOMB_HEIGHT_IN_M: f32 = 24.0;
 
-/// The ground as one open mesh with `squares` along each side. Squares in the middle are smaller. Texture coordinates go
-/// from 0 to 1.
+/// The ground as one open mesh with `squares` along each side. Squares in the middle are smaller. Texture coordinates
+/// go from 0 to 1.
 pub(crate) fn terrain(squares: u32) -> Shape {
     let vertices = (0..=squares).flat_map(|z| (0..=squares).map(move |x| (x, z)));
     let uvs: Vec<_> = vertices

@@ -1,9 +1,10 @@
 //! Whole frames of a field of rocks with Bevy's meshlets and at full detail, on the adapter at hand.
 //!
-//! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a program
-//! of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols. The rocks, the
-//! camera and the sun are of the kind of the scene `boulders` of the bench `whole_frame`, so that the times and the image
-//! errors, as shares of those at full detail, can be compared. The exit code is 2 if the adapter cannot run meshlets.
+//! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a
+//! program of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols.
+//! The rocks, the camera and the sun are of the kind of the scene `boulders` of the bench `whole_frame`, so that the
+//! times and the image errors, as shares of those at full detail, can be compared. The exit code is 2 if the adapter
+//! cannot run meshlets.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -148,7 +149,7 @@ impl Scene {
         }
     }
 
-    /// Draws a frame. Returns the times of all of it, of the main world and of the render world.
+    /// Draws a frame. Returns the times of the whole frame, of the main world and of the render world.
     fn frame(&mut self, step: u8) -> [Duration; 3] {
         let at = pose(step);
         self.app.world_mut().entity_mut(self.camera).insert(at);

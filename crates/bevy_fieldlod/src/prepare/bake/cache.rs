@@ -61,7 +61,7 @@ pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
     let bytes = file.to_bytes_with(options);
     if let Err(error) = write_atomically(path, &bytes) {
         warn!(
-            "could not write the cache entry {}: {error}",
+            "could not write the cache entry {}: {error}; the next run bakes the mesh again",
             path.display()
         );
     }

@@ -44,7 +44,7 @@ impl BakeJob {
         })
     }
 
-    /// Reads the hierarchy of `source` from the cache, or else bakes and caches it.
+    /// Reads the hierarchy of `source` from the cache, or bakes and caches it.
     pub(in crate::prepare) fn run(
         &self,
         source: SourceArrays,
@@ -105,8 +105,8 @@ impl<'a> EntryNames<'a> {
         Self { hasher, all }
     }
 
-    /// The name of a bake that depends on surfaces, as those of aggregates such as leaves do, or of one that does not:
-    /// tinted copies of a rock share it.
+    /// The name of the entry. Bakes of aggregates, for example of leaves, depend on surfaces. Others do not, so that
+    /// tinted copies of a rock share an entry.
     fn name(&self, has_surfaces: bool) -> String {
         let mut hasher = self.hasher.clone();
         for source in self.all.iter().filter(|_| has_surfaces) {

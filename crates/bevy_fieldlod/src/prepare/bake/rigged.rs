@@ -1,7 +1,7 @@
 //! Bakes skinned and morphed meshes from their glTF file.
 //!
-//! A mesh does not tell how it moves: joints, inverse bind matrices, clips and the other primitives of its character
-//! are in the file. The file is read again, and one bake makes the levels of all its skinned and morphed primitives.
+//! A bake needs more than the mesh: joints, inverse bind matrices, clips and the other primitives of the character are
+//! in the file. The file is read again, and one bake makes the levels of all its skinned and morphed primitives.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -96,8 +96,8 @@ pub(in crate::prepare) struct RiggedBake {
 }
 
 impl RiggedBake {
-    /// Reads the hierarchy of `mesh` from the cache, or else bakes the file, unless the task of another primitive has
-    /// done so.
+    /// Reads the hierarchy of `mesh` from the cache. Otherwise bakes the file, unless the task of another primitive has
+    /// baked it.
     pub(in crate::prepare) fn run(
         &self,
         mesh: &SourceArrays,

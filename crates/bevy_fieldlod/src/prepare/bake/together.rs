@@ -1,4 +1,4 @@
-//! Bakes the primitives of one glTF mesh together, such as the bark and the leaves of a plant, so that their levels
+//! Bakes the primitives of one glTF mesh together, for example the bark and the leaves of a plant. Their levels then
 //! change at the same distances.
 
 use std::sync::{Arc, OnceLock};
@@ -190,7 +190,7 @@ impl Member {
         meshes.map(source).collect()
     }
 
-    /// Runs `check` of a file with the levels of all members, unless the task of another member has done so.
+    /// Runs `check` of a file with the levels of all members, unless the task of another member has run it.
     pub(in crate::prepare) fn check_file(
         &self,
         check: impl FnOnce() -> Result<(), LodError>,
@@ -203,7 +203,7 @@ impl Member {
         self.index
     }
 
-    /// Bakes all members, unless the task of another member has done so.
+    /// Bakes all members, unless the task of another member has baked them.
     pub(in crate::prepare) fn bake(
         &self,
         sources: &[SourceArrays],

@@ -51,7 +51,7 @@ impl LodScene {
         }
     }
 
-    /// Empties the cut of a view. Whole meshes ignore the view from now on.
+    /// Empties the cut of a view. Whole meshes then ignore the view.
     pub(crate) fn clear_view(&mut self, cut: &mut ViewCut) {
         cut.unit_count = 0;
         for record in cut.visibility.take() {

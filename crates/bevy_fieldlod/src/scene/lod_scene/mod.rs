@@ -1,4 +1,4 @@
-//! The plugin's view of the world: the scene that cuts are selected from, and the entity that draws each part of it.
+//! The scene that cuts are selected from, and the entity that draws each part of the scene.
 
 mod cuts;
 

@@ -1,13 +1,13 @@
 //! The pass over all instances: tests which of them certainly keep their cuts, eight at a time.
 //!
-//! With the [limits](crate::criterion::limits) of what an instance shows, in the world, and bounds of secant and depth
-//! over its sphere as in [the criterion](crate::criterion), it stays if
+//! An instance has [limits](crate::criterion::limits) of errors, in the world. With bounds of secant and depth over its
+//! sphere, as in [the criterion](crate::criterion), it keeps its cut if
 //! ```text
-//! highest · √(C sec) / depth ≤ τ          nothing finer is refined;      highest · f sec / depth  of deviations
-//! lowest  · √(C sec) / depth > τ'         what is refined stays refined, if anything is; with the hysteresis
+//! highest · √(C sec) / depth ≤ τ          no finer group is refined;     highest · f sec / depth  for deviations
+//! lowest  · √(C sec) / depth > τ'         refined groups stay refined;   τ' is τ with the hysteresis
 //! ```
 //! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
-//! size of the sphere: an instance passes only if the criterion would keep its cut too. NaN never passes.
+//! size of the sphere. The criterion would keep the cut of every instance that passes. NaN never passes.
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
@@ -217,7 +217,7 @@ impl KeepTest {
             return None;
         }
         let reach = sighted.radius + displacement;
-        // If groups outside count, groups outside the view that groups enter may cast no shadow.
+        // If errors outside count, an instance beyond the narrower view that casts no shadow is at its coarsest level.
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.sides[width].least_inside(sighted.seen);
         let is_before = self.is_orthographic || reach < sighted.seen.z;
@@ -327,8 +327,8 @@ impl KeepTest {
         L::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
-    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger,
-    /// so that it has an upper bound of its own; the lower bound is valid for both.
+    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger.
+    /// It therefore has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
     fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
         let least_cosine = self.least_cosines[width];
@@ -358,8 +358,8 @@ impl KeepTest {
             true => depth * cosine,
             false => depth * cosine.sqrt(),
         });
-        // The sphere is larger here than it is by the excess; the bound may be too low by 4 to 6 times that over the
-        // gap.
+        // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
+        // excess over the gap.
         let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
         let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
         let is_certain = L::zero().is_below(rest);

@@ -10,9 +10,8 @@
 //! the image, `−z` in an orthographic one; `−∞` without a surface. The front faces of an occluder fill the texels whose
 //! centres they cover. This is an estimate, which may be too large or too small.
 //!
-//! Eight texels at once have the same bits as one at a time; `hidden/tests.rs` compares them.
+//! Eight texels at once have the same bits as one at a time.
 
-mod boxes;
 mod choice;
 pub(crate) mod held_shares;
 mod image_plane;
@@ -21,8 +20,6 @@ mod queries;
 mod screen_triangle;
 pub(crate) mod shares;
 pub(crate) mod surface_samples;
-#[cfg(test)]
-mod tests;
 mod texels;
 pub(crate) mod visible_shares;
 
@@ -34,9 +31,9 @@ use crate::lanes::bits::{LANES, set_bits_of};
 use crate::lanes::{M3, V3, bits_of};
 use crate::scene::Scene;
 use crate::view::View;
-use choice::{ChosenOccluder, DrawnBy, OccluderChoice, camera_from_local};
+use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
 use image_plane::{ImagePlane, NEAREST};
-use occluder::OccluderMesh;
+use occluder::{OccluderPart, parts_in_view};
 use screen_triangle::{Corner, parts_in_front};
 use texels::Texels;
 
@@ -49,12 +46,13 @@ const STRETCH: usize = 8;
 pub struct OcclusionBuffer {
     view: View,
     plane: ImagePlane,
-    choice: OccluderChoice,
     texels: Texels,
+    /// The least nearness of each texel and its two neighbours in the row.
+    shrunk_in_rows: Vec<f32>,
     /// The least nearness of each texel and its eight neighbours.
     shrunk: Vec<f32>,
-    row: Vec<f32>,
-    /// Corners of the occluder that is being drawn.
+    /// Reused buffers: instances that may be drawn, and corners of the occluder that is being drawn.
+    candidates: Vec<Candidate>,
     corners: Vec<Corner>,
 }
 
@@ -72,42 +70,31 @@ impl OcclusionBuffer {
         Self {
             view: *view,
             plane: ImagePlane::new(&view.image_camera),
-            choice: OccluderChoice::default(),
             texels: Texels::default(),
+            shrunk_in_rows: Vec::new(),
             shrunk: Vec::new(),
-            row: Vec::new(),
+            candidates: Vec::new(),
             corners: Vec::new(),
         }
     }
 
     /// Draws another view, or another state of a scene.
     pub(crate) fn redraw(&mut self, scene: &Scene, view: &View, triangles: u32) {
-        self.clear(view);
-        let mut choice = std::mem::take(&mut self.choice);
-        choice.begin(scene, view, &self.plane);
-        for index in 0..choice.candidates.len() {
-            let candidate = choice.candidates[index];
-            // An occluder behind other occluders hides nothing more.
-            if self.covers(&scene.instances[candidate.instance as usize].sphere) {
-                continue;
-            }
-            let chosen = choice.choose(scene, view, &self.plane, triangles, candidate);
-            if let Some(occluder) = chosen {
-                choice.note_points(self.draw(scene, &occluder));
-            }
-        }
-        self.choice = choice;
-        self.shrink();
-    }
-
-    fn clear(&mut self, view: &View) {
         self.view = *view;
         self.plane = ImagePlane::new(&view.image_camera);
-        let texels = self.plane.width * self.plane.height;
         self.texels.clear(self.plane.width, self.plane.height);
-        self.shrunk.clear();
-        self.shrunk.resize(texels, f32::NEG_INFINITY);
-        self.row.resize(self.plane.width, f32::NEG_INFINITY);
+        let mut candidates = std::mem::take(&mut self.candidates);
+        list_candidates(scene, view, &self.plane, &mut candidates);
+        let mut drawn_points = 0;
+        for candidate in &candidates {
+            // An occluder behind other occluders hides nothing more.
+            if !self.covers(&scene.instances[candidate.instance as usize].sphere) {
+                let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
+                drawn_points += self.draw(scene, candidate, rest);
+            }
+        }
+        self.candidates = candidates;
+        self.shrink();
     }
 
     /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic
@@ -131,27 +118,25 @@ impl OcclusionBuffer {
         })
     }
 
-    /// Draws one instance. Returns the number of points that this took.
-    fn draw(&mut self, scene: &Scene, occluder: &ChosenOccluder) -> usize {
-        let (table, owner) = (scene.table(occluder.mesh), occluder.instance);
+    /// Draws one instance within `rest` triangles. Returns its cost in points.
+    fn draw(&mut self, scene: &Scene, candidate: &Candidate, rest: u32) -> u32 {
+        let (table, owner) = (scene.table(candidate.mesh), candidate.instance);
         let placement = &scene.instances[owner as usize].world_from_local;
         let (linear, origin) = camera_from_local(&self.view, placement);
-        match occluder.drawn_by {
-            DrawnBy::Level(level) => {
-                self.draw_mesh(&table.occluders[level], &linear, origin, owner);
-                0
+        match candidate.drawn_by(table, &self.plane, &linear, origin, rest) {
+            Some(DrawnBy::Level(parts, triangle_count)) => {
+                self.draw_mesh(parts, &linear, origin, owner);
+                triangle_count * POINTS_PER_TRIANGLE
             }
-            DrawnBy::Points(count) => {
-                let points = table.samples.of_mesh(count);
-                self.draw_points(points, &linear, origin, owner)
-            }
+            Some(DrawnBy::Points(points)) => self.draw_points(points, &linear, origin, owner),
+            None => 0,
         }
     }
 
     /// Draws one level of an instance.
-    fn draw_mesh(&mut self, mesh: &OccluderMesh, linear: &Mat3, origin: Vec3, owner: u32) {
+    fn draw_mesh(&mut self, parts: &[OccluderPart], linear: &Mat3, origin: Vec3, owner: u32) {
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
-        for part in mesh.parts_in_view(&plane, linear, origin) {
+        for part in parts_in_view(parts, &plane, linear, origin) {
             for triangle in part.placed_triangles(&plane, linear, origin, &mut self.corners) {
                 parts_in_front(&plane, triangle, is_mirrored, NEAREST, |part| {
                     self.texels.draw(part, owner);
@@ -168,7 +153,7 @@ impl OcclusionBuffer {
         linear: &Mat3,
         origin: Vec3,
         owner: u32,
-    ) -> usize {
+    ) -> u32 {
         let (linear, origin) = (M3::splat(linear), V3::splat(origin));
         let mut drawn = 0;
         for stretch in points.chunks(STRETCH) {
@@ -176,7 +161,7 @@ impl OcclusionBuffer {
             for point in stretch {
                 is_in_front |= self.draw_eight(linear.of(*point).plus(origin), owner);
             }
-            drawn += stretch.len() * LANES;
+            drawn += (stretch.len() * LANES) as u32;
             if !is_in_front {
                 break;
             }
@@ -203,32 +188,18 @@ impl OcclusionBuffer {
     /// Computes the least nearness of each texel and its neighbours.
     fn shrink(&mut self) {
         let (width, height) = (self.plane.width, self.plane.height);
-        // The least of three in each row, then of three rows.
-        for row in 0..height {
-            least_of_three(
-                self.texels.row(row),
-                &mut self.shrunk[row * width..][..width],
-            );
+        self.shrunk_in_rows.resize(width * height, 0.0);
+        self.shrunk.resize(width * height, 0.0);
+        for (row, to) in self.shrunk_in_rows.chunks_mut(width).enumerate() {
+            least_of_three(self.texels.row(row), to);
         }
-        let mut above = std::mem::take(&mut self.row);
-        above.copy_from_slice(&self.shrunk[..width]);
-        for row in 0..height {
-            let (now, below) = self.shrunk[row * width..].split_at_mut(width);
-            let below = if row + 1 < height {
-                &below[..width]
-            } else {
-                &[]
-            };
-            for column in 0..width {
-                let own = now[column];
-                let least = smaller(above[column], own);
-                now[column] = below
-                    .get(column)
-                    .map_or(least, |&below| smaller(least, below));
-                above[column] = own;
+        for (row, to) in self.shrunk.chunks_mut(width).enumerate() {
+            let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
+            let [above, own, below] = rows.map(|row| &self.shrunk_in_rows[row * width..][..width]);
+            for (column, to) in to.iter_mut().enumerate() {
+                *to = smaller(smaller(above[column], own[column]), below[column]);
             }
         }
-        self.row = above;
     }
 }
 

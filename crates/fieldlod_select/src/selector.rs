@@ -140,8 +140,6 @@ impl Selector {
 
     /// Removes the previous cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
-        self.last = None;
-        self.cuts.clear();
-        self.budget = BudgetSearch::default();
+        *self = Self::default();
     }
 }

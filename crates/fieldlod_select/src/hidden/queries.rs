@@ -40,7 +40,7 @@ impl OcclusionBuffer {
         let index = instance.index() as u32;
         let placed = &scene.instances[instance.index()];
         match self.share_of_all(table, index, placed) {
-            Some(of_all) => groups.resize(table.group_count(), of_all),
+            Some(of_all) => groups.resize(table.group_count, of_all),
             None => self.group_shares(table, index, placed, &mut groups),
         }
         let share = |&step: &u8| share_of_step(step, 0.0);
@@ -85,7 +85,7 @@ impl OcclusionBuffer {
         let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
         let stretch = crate::view::stretch::largest_stretch(&linear);
         groups.clear();
-        groups.extend((0..table.group_count()).map(|group| {
+        groups.extend((0..table.group_count).map(|group| {
             let (block, lane) = (group / LANES, group % LANES);
             let radius = table.groups.radius[block].to_array()[lane] * stretch;
             self.share(table.samples.of_group(group), &query, Some(radius))

@@ -58,9 +58,4 @@ impl VisibleShares {
         buffer.group_shares(table, index, instance, &mut self.groups);
         SeenShares::OfGroups(&self.groups)
     }
-
-    /// Marks the image as out of date.
-    pub(crate) fn clear(&mut self) {
-        self.drawn_of = None;
-    }
 }

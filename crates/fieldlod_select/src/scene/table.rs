@@ -10,7 +10,7 @@ use wide::f32x8;
 use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
 use crate::criterion::limits::LevelErrors;
 use crate::criterion::{CriterionInput, normal_variance};
-use crate::hidden::occluder::{OccluderMesh, occluder_levels};
+use crate::hidden::occluder::{OccluderPart, occluder_levels};
 use crate::hidden::shares::Shares;
 use crate::hidden::surface_samples::SurfaceSamples;
 use crate::lanes::V3;
@@ -23,7 +23,7 @@ use lanes::{lanes_of, vectors_of};
 /// Tests go from bounds of 64 groups to bounds of eight and to each group.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
-    group_count: usize,
+    pub(crate) group_count: usize,
     /// Groups, eight to an element.
     pub(crate) groups: BoundsLanes,
     /// Elements of `groups`, eight to an element: one for each word of bits.
@@ -43,8 +43,8 @@ pub struct GroupTable {
     levels: Vec<u32>,
     /// Sample points of visibility.
     pub(crate) samples: SurfaceSamples,
-    /// Occluders of the mesh, finest first.
-    pub(crate) occluders: Vec<OccluderMesh>,
+    /// Occluders of the mesh, finest first, each by its parts.
+    pub(crate) occluders: Vec<Vec<OccluderPart>>,
     /// For each group, the groups that consume its simplification.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -147,10 +147,6 @@ impl GroupTable {
         };
     }
 
-    pub(crate) fn group_count(&self) -> usize {
-        self.group_count
-    }
-
     /// Whether each group is the whole mesh at one level.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
@@ -198,16 +194,11 @@ impl GroupTable {
         }
     }
 
-    /// Number of groups of a word of bits.
-    pub(crate) fn groups_in_word(&self, word: usize) -> usize {
-        self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
-    }
-
     /// Criterion input of the groups of a block.
     #[inline(always)]
     pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
         CriterionInput {
-            center: self.groups.center(block),
+            center: self.groups.center[block],
             radius: self.groups.radius[block],
             error: self.error[block],
             deviation: self.groups.deviation[block],
@@ -236,9 +227,8 @@ impl GroupTable {
 
     /// The bits of a word that belong to groups.
     pub(crate) fn present_in(&self, word: usize) -> u64 {
-        u64::MAX
-            .checked_shr((CHUNK - self.groups_in_word(word)) as u32)
-            .unwrap_or(0)
+        let count = self.group_count.saturating_sub(word * CHUNK).min(CHUNK);
+        u64::MAX.checked_shr((CHUNK - count) as u32).unwrap_or(0)
     }
 
     pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {

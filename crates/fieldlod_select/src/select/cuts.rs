@@ -55,16 +55,11 @@ impl SceneCuts {
             return;
         }
         self.has_unsettled_shares = false;
-        let count = match &frame.settings.visible_flux {
-            Some(flux) => {
-                self.visible.draw(frame.scene, frame.view, flux);
-                self.memories.len()
-            }
-            None => {
-                self.visible.clear();
-                0
-            }
-        };
+        let flux = frame.settings.visible_flux.as_ref();
+        if let Some(flux) = flux {
+            self.visible.draw(frame.scene, frame.view, flux);
+        }
+        let count = flux.map_or(0, |_| self.memories.len());
         self.level_shares.resize(count, LevelShare::default());
     }
 
@@ -93,14 +88,13 @@ impl SceneCuts {
             let Some(looked) = test.look(spheres, limits) else {
                 continue;
             };
-            let allowed = looked.allowed();
             for lane in looked.near() {
                 let slot = element * LANES + lane;
                 if slot < self.memories.len() {
                     let near = Near {
                         slot,
                         is_dark: looked.dark >> lane & 1 == 1,
-                        allowed: allowed[lane],
+                        allowed: looked.allowed(lane),
                     };
                     self.decide(frame, &near);
                 }
@@ -165,17 +159,5 @@ impl SceneCuts {
             InstanceState::Mixed(key) => Some(self.pool.at(key)),
             _ => None,
         }
-    }
-
-    /// Removes all cuts.
-    pub(crate) fn clear(&mut self) {
-        self.memories.clear();
-        self.limits.clear();
-        self.pool.clear();
-        self.changes.clear();
-        self.visible.clear();
-        self.level_shares.clear();
-        self.has_unsettled_shares = false;
-        self.triangle_count = 0;
     }
 }

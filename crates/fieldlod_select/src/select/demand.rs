@@ -33,16 +33,13 @@ impl Selector {
         let Some((cuts, view, settings)) = self.last_cuts() else {
             return;
         };
-        for (index, entry) in (0..).zip(&scene.entries) {
-            let (Some(mesh), Some(slot)) = (entry.mesh, entry.slot) else {
-                continue;
-            };
-            if scene.table(mesh).available.is_some()
+        for (index, instance) in (0..).zip(&scene.instances) {
+            if let (Some(mesh), Some(slot)) = (instance.mesh, instance.slot)
+                && scene.table(mesh).available.is_some()
                 && let Some(cut) = cuts.cut(slot as usize)
             {
-                let generation = entry.generation;
-                let instance = InstanceId { index, generation };
-                visit_cut(scene, (view, settings), (mesh, instance), cut, &mut visit);
+                let id = scene.id_of(index);
+                visit_cut(scene, (view, settings), (mesh, id), cut, &mut visit);
             }
         }
     }
@@ -60,10 +57,10 @@ fn visit_cut(
     let placed = &scene.instances[instance.index()];
     let view = InstanceView::new(view, &placed.world_from_local);
     let criterion = Criterion::<f32x8>::new(&view, settings);
-    let shares = cut.shares().shares(settings);
-    for block in 0..table.group_count().div_ceil(LANES) {
+    let shares = cut.shares.shares(settings);
+    for block in 0..table.group_count.div_ceil(LANES) {
         let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
-        let refined = bits(cut.refined());
+        let refined = bits(&cut.refined);
         let needed = refined & !bits(&table.coarsest_refined);
         let missing = needed & !table.available.as_deref().map_or(0xff, bits);
         // Errors are computed only if some groups are missing.

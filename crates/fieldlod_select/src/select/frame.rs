@@ -1,6 +1,5 @@
 //! The input of a frame, and the tests made from it.
 
-use super::bounds_test::ViewBounds;
 use super::limits::keep_test::KeepTest;
 use crate::criterion::limits::ErrorUnits;
 use crate::scene::Scene;
@@ -14,14 +13,13 @@ pub(crate) struct Frame<'a> {
     pub(crate) view: &'a View,
     pub(crate) settings: &'a LodSettings,
     pub(super) input: &'a Input,
-    /// Input of the last selection.
+    /// Input of the last selection; `None` in a first frame.
     pub(super) last: Option<Input>,
     /// Whether another selection of the same frame has updated the visible shares.
     pub(crate) are_shares_known: bool,
     /// Weights of errors and deviations.
     pub(super) units: ErrorUnits,
     pub(super) test: KeepTest,
-    pub(super) bounds: ViewBounds,
 }
 
 impl<'a> Frame<'a> {
@@ -41,13 +39,7 @@ impl<'a> Frame<'a> {
             are_shares_known,
             units: ErrorUnits::new(&view.camera, settings),
             test: KeepTest::new(view, settings),
-            bounds: ViewBounds::new(&view.camera, &view.kept_camera, settings),
         }
-    }
-
-    /// Whether nothing was selected before.
-    pub(crate) fn is_first(&self) -> bool {
-        self.last.is_none()
     }
 
     /// Whether instances may keep their states. After other changes each instance is decided again.

@@ -10,15 +10,17 @@ pub(crate) struct InstanceCut {
     own: Vec<u64>,
     own_before: Vec<u64>,
     /// The groups of `own`, and all groups that must be refined with them.
-    refined: Vec<u64>,
+    pub(super) refined: Vec<u64>,
     refined_before: Vec<u64>,
     /// The refined groups that are available. Used only if some groups are not available.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
-    units_before: Vec<u32>,
+    /// The units that were drawn before the drawn units last changed.
+    pub(super) units_before: Vec<u32>,
     triangle_count: u64,
-    shares: ShareMemory,
+    /// The visible shares of the groups.
+    pub(super) shares: ShareMemory,
     /// How far the camera may move before the cut must be tested again.
     pub(crate) hold: Option<Hold>,
 }
@@ -101,15 +103,6 @@ impl InstanceCut {
         self.refined == table.coarsest_refined
     }
 
-    /// The visible shares of the groups.
-    pub(crate) fn shares(&self) -> &ShareMemory {
-        &self.shares
-    }
-
-    pub(crate) fn refined(&self) -> &[u64] {
-        &self.refined
-    }
-
     /// Returns `true` if the cut stays the same with the decisions `own`. Groups of the stored `own` still exceed their
     /// thresholds. Groups outside `refined` do not.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
@@ -122,11 +115,6 @@ impl InstanceCut {
     /// The units drawn and their triangles.
     pub(crate) fn drawn(&self) -> (&[u32], u64) {
         (&self.units, self.triangle_count)
-    }
-
-    /// The units that were drawn before the drawn units last changed.
-    pub(crate) fn drawn_before(&self) -> &[u32] {
-        &self.units_before
     }
 }
 
@@ -157,11 +145,5 @@ impl Pool {
     /// Frees a key. Another cut reuses its storage.
     pub(crate) fn free(&mut self, key: u32) {
         self.free.push(key);
-    }
-
-    /// Frees all keys.
-    pub(crate) fn clear(&mut self) {
-        self.free.clear();
-        self.free.extend(0..self.cuts.len() as u32);
     }
 }

@@ -64,10 +64,10 @@ impl SceneCuts {
     /// Decides the level of a mesh that is drawn as a whole.
     fn decide_level(&mut self, frame: &Frame, candidate: &Candidate) {
         let table = candidate.table;
-        let coarsest = table.group_count() - 1;
+        let coarsest = table.group_count - 1;
         let was = match candidate.was {
             InstanceState::AtLevel(_, level) => usize::from(level),
-            InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
+            InstanceState::Mixed(key) => self.pool.at(key).refined[0].trailing_zeros() as usize,
             _ => coarsest,
         };
         let level = match frame.settings.forced_level {
@@ -111,7 +111,7 @@ impl SceneCuts {
         };
         let placed = candidate.placed;
         let view = InstanceView::new(frame.view, &placed.world_from_local);
-        let decision = Decision::new(&view, &frame.bounds, frame.settings, placed.bias, shares);
+        let decision = Decision::new(&view, frame.settings, placed.bias, shares);
         decision.level(candidate.table, was)
     }
 
@@ -169,7 +169,7 @@ impl SceneCuts {
         };
         let settings = frame.settings;
         let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
-        let ahead = self.odometer.ahead().filter(|_| may_hold);
+        let ahead = self.odometer.ahead.filter(|_| may_hold);
         let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
         let (Some(ahead), Some(drift)) = (ahead, drift) else {
             return false;
@@ -180,9 +180,9 @@ impl SceneCuts {
             return false;
         }
         let cut = self.pool.at_mut(key);
-        let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, Shares::FULL);
+        let decision = Decision::new(&view, settings, placed.bias, Shares::FULL);
         let decision = decision.throughout(drift);
-        decision.decide(table, cut.refined(), &mut self.own_throughout);
+        decision.decide(table, &cut.refined, &mut self.own_throughout);
         let is_same = cut.is_same_for(&self.own_throughout);
         cut.hold = is_same.then(|| self.odometer.hold(ahead));
         is_same
@@ -210,7 +210,7 @@ impl SceneCuts {
             let seen = flux.map(|_| self.visible.seen(table, index, placed));
             cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
         }
-        self.has_unsettled_shares |= !cut.shares().is_settled();
+        self.has_unsettled_shares |= !cut.shares.is_settled();
         // Decide the groups, then record the changes.
         let has_changed = cut.decide(table, |shares, was_refined, refined| {
             if let Some(level) = settings.forced_level {
@@ -218,13 +218,13 @@ impl SceneCuts {
             }
             let view = InstanceView::new(frame.view, &placed.world_from_local);
             let shares = shares.shares(settings);
-            let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, shares);
+            let decision = Decision::new(&view, settings, placed.bias, shares);
             decision.decide(table, was_refined, refined);
         });
         if has_changed {
             let (now, triangles) = cut.drawn();
             let instance = self.memories[slot].instance;
-            self.changes.record(instance, cut.drawn_before(), now);
+            self.changes.record(instance, &cut.units_before, now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
         // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.

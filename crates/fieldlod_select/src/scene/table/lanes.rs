@@ -34,7 +34,7 @@ pub(super) fn vectors_of<T>(
 /// Spheres and errors.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundsLanes {
-    center: Vec<V3<f32x8>>,
+    pub(crate) center: Vec<V3<f32x8>>,
     pub(crate) radius: Vec<f32x8>,
     /// `e √W` with the largest weight `W` of any direction.
     pub(crate) error_weighed: Vec<f32x8>,
@@ -50,10 +50,5 @@ impl BoundsLanes {
             error_weighed: lanes_of(&items, elements, |item| item.error_weighed),
             deviation: lanes_of(&items, elements, |item| item.deviation),
         }
-    }
-
-    #[inline]
-    pub(crate) fn center(&self, element: usize) -> V3<f32x8> {
-        self.center[element]
     }
 }

@@ -75,9 +75,4 @@ impl LimitColumns {
         };
         self.chunks[chunk / LANES].set(chunk % LANES, limits);
     }
-
-    pub(crate) fn clear(&mut self) {
-        self.instances.clear();
-        self.chunks.clear();
-    }
 }

@@ -17,7 +17,7 @@ impl SceneCuts {
         self.limits.resize(count);
         let changed = journal.since(self.journal_revision);
         self.journal_revision = journal.revision();
-        if frame.is_first() {
+        if frame.last.is_none() {
             return self.enter_all(frame);
         }
         self.memories.resize(count, InstanceMemory::NONE);

@@ -88,22 +88,8 @@ pub(crate) struct ShareMemory {
     last_of_all: Option<u8>,
 }
 
-/// Visible shares of an instance's groups in one frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum SeenShares<'a> {
-    /// The same share for all groups.
-    OfAll(u8),
-    OfGroups(&'a [u8]),
-}
-
-impl SeenShares<'_> {
-    fn of(&self, group: usize) -> u8 {
-        match self {
-            Self::OfAll(share) => *share,
-            Self::OfGroups(shares) => shares.get(group).copied().unwrap_or(FULL_SHARE),
-        }
-    }
-}
+/// The visible share of all groups of an instance in one frame, or of each group.
+pub(crate) type SeenShares<'a> = (Option<u8>, &'a [u8]);
 
 impl ShareMemory {
     /// Removes all shares. All groups then count in full.
@@ -130,7 +116,7 @@ impl ShareMemory {
     }
 
     /// Starts with the shares that are seen now.
-    pub(crate) fn begin(&mut self, words: usize, seen: &SeenShares) {
+    pub(crate) fn begin(&mut self, words: usize, seen: SeenShares) {
         self.shares.clear();
         self.shares.resize(words * CHUNK, HeldShare::default());
         self.held.clear();
@@ -140,11 +126,12 @@ impl ShareMemory {
     }
 
     /// Updates the shares in a new frame; `refined` has the bits of the previous cut.
-    pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
-        let of_all = match seen {
-            SeenShares::OfAll(share) => Some(*share),
-            SeenShares::OfGroups(_) => None,
-        };
+    pub(crate) fn update(
+        &mut self,
+        (of_all, of_groups): SeenShares,
+        refined: &[u64],
+        hold_frames: u8,
+    ) {
         if self.is_settled && of_all.is_some() && of_all == self.last_of_all {
             return;
         }
@@ -152,7 +139,8 @@ impl ShareMemory {
         self.is_settled = true;
         let held = self.held.as_flattened_mut().iter_mut();
         for (group, (held, share)) in held.zip(&mut self.shares).enumerate() {
-            let now = seen.of(group);
+            let of_group = of_all.or(of_groups.get(group).copied());
+            let now = of_group.unwrap_or(FULL_SHARE);
             share.update(now, is_set(refined, group), hold_frames);
             *held = share.held;
             self.is_settled &= *held == now;

@@ -3,7 +3,7 @@
 use crate::hidden::OcclusionBuffer;
 use crate::hidden::shares::FULL_SHARE;
 use crate::scene::table::GroupTable;
-use crate::scene::{Instance, Scene};
+use crate::scene::{Instance, InstanceId, Scene};
 use crate::settings::{LodSettings, VisibleFlux};
 use crate::view::View;
 
@@ -46,16 +46,13 @@ impl VisibleShares {
     pub(crate) fn seen(
         &mut self,
         table: &GroupTable,
-        index: u32,
+        id: InstanceId,
         instance: &Instance,
     ) -> SeenShares<'_> {
-        let Some(buffer) = &self.buffer else {
-            return SeenShares::OfAll(FULL_SHARE);
+        let of_all = match &self.buffer {
+            Some(buffer) => buffer.shares(table, id, instance, &mut self.groups),
+            None => Some(FULL_SHARE),
         };
-        if let Some(share) = buffer.share_of_all(table, index, instance) {
-            return SeenShares::OfAll(share);
-        }
-        buffer.group_shares(table, index, instance, &mut self.groups);
-        SeenShares::OfGroups(&self.groups)
+        (of_all, &self.groups)
     }
 }

@@ -4,7 +4,7 @@ mod lanes;
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, Unit};
+use fieldlod_hierarchy::{Group, Hierarchy};
 use wide::f32x8;
 
 use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
@@ -49,7 +49,8 @@ pub struct GroupTable {
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
     first_unit: Vec<u32>,
-    units: Vec<TableUnit>,
+    /// The producer and the triangles of each unit.
+    units: Vec<[u32; 2]>,
     /// The groups that may be refined; `None` if the mesh is not loaded in parts, and all groups may be refined. If a
     /// group is available, all coarser groups that consume its simplification are available. The refined groups among
     /// them therefore make a cut.
@@ -64,13 +65,6 @@ pub struct GroupTable {
     pub(crate) coarsest_triangle_count: u64,
 }
 
-/// The part of a unit that cuts need.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TableUnit {
-    produced_by: u32,
-    pub(crate) triangle_count: u32,
-}
-
 impl GroupTable {
     /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
     #[must_use]
@@ -81,6 +75,8 @@ impl GroupTable {
             |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
+        let units = hierarchy.units.iter();
+        let units = units.map(|unit| [unit.produced_by, unit.triangle_count]);
         let mut table = Self {
             group_count: groups.len(),
             // Bounds of one group, of eight and of 64.
@@ -103,7 +99,7 @@ impl GroupTable {
             coarser,
             first_coarser,
             first_unit: groups.iter().map(|group| group.first_unit).collect(),
-            units: hierarchy.units.iter().map(TableUnit::from).collect(),
+            units: units.collect(),
             available: None,
             available_revision: 0,
             coarsest_units: Vec::new(),
@@ -159,7 +155,7 @@ impl GroupTable {
 
     /// The units of a whole mesh at a level, and their triangles.
     pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
-        let triangle_count = self.units[level].triangle_count;
+        let [_, triangle_count] = self.units[level];
         (unit_of_level(level), u64::from(triangle_count))
     }
 
@@ -240,11 +236,11 @@ impl GroupTable {
         let mut triangle_count = 0;
         for group in set_bits(refined) {
             for index in self.units_of(group) {
-                let unit = self.units[index];
+                let [produced_by, unit_triangles] = self.units[index];
                 // Source geometry has a producer beyond the end, whose bit is not set.
-                if !is_set(refined, unit.produced_by as usize) {
+                if !is_set(refined, produced_by as usize) {
                     units.push(index as u32);
-                    triangle_count += u64::from(unit.triangle_count);
+                    triangle_count += u64::from(unit_triangles);
                 }
             }
         }
@@ -257,15 +253,6 @@ impl GroupTable {
             .get(group + 1)
             .map_or(self.units.len(), |&first| first as usize);
         self.first_unit[group] as usize..end
-    }
-}
-
-impl From<&Unit> for TableUnit {
-    fn from(unit: &Unit) -> Self {
-        Self {
-            produced_by: unit.produced_by,
-            triangle_count: unit.triangle_count,
-        }
     }
 }
 

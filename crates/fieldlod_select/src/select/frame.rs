@@ -47,10 +47,16 @@ impl<'a> Frame<'a> {
         let of = |input: &Input| {
             let settings = &input.settings;
             let hides = settings.visible_flux.is_some();
-            (input.view.layers, settings.forced_level, hides)
+            let forced_level = settings.forced_level;
+            (
+                input.view.layers,
+                forced_level,
+                hides,
+                input.available_revision,
+            )
         };
         let last = self.last.as_ref();
-        last.is_none_or(|last| of(last) == of(self.input) && last.has_same_groups(self.input))
+        last.is_none_or(|last| of(last) == of(self.input))
     }
 
     /// Whether limits in the units of the last selection are valid.
@@ -86,11 +92,7 @@ impl Input {
             eye_in_world: last.view.eye_in_world,
             ..self.view
         };
-        view == last.view && self.settings == last.settings && self.has_same_groups(last)
-    }
-
-    /// Whether the same groups are available.
-    fn has_same_groups(&self, last: &Self) -> bool {
-        self.available_revision == last.available_revision
+        let is_same = self.available_revision == last.available_revision;
+        is_same && view == last.view && self.settings == last.settings
     }
 }

@@ -93,8 +93,8 @@ impl InstanceCut {
     pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
         match seen {
             None => self.shares.clear(),
-            Some(seen) if self.shares.is_empty() => self.shares.begin(self.refined.len(), &seen),
-            Some(seen) => self.shares.update(&seen, &self.refined, hold_frames),
+            Some(seen) if self.shares.is_empty() => self.shares.begin(self.refined.len(), seen),
+            Some(seen) => self.shares.update(seen, &self.refined, hold_frames),
         }
     }
 

@@ -7,15 +7,13 @@ use super::limits::keep_test::Near;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
 use crate::scene::table::GroupTable;
-use crate::scene::{Instance, MeshId};
+use crate::scene::{Instance, InstanceId, MeshId};
 use crate::view::InstanceView;
 
 /// A near instance that the criterion decides.
 struct Candidate<'a> {
     near: &'a Near,
-    slot: usize,
-    /// Index of the instance.
-    index: u32,
+    id: InstanceId,
     placed: &'a Instance,
     mesh: MeshId,
     table: &'a GroupTable,
@@ -41,8 +39,7 @@ impl SceneCuts {
         }
         let candidate = Candidate {
             near,
-            slot,
-            index: occupant.id.index,
+            id: occupant.id,
             placed: &scene.instances[occupant.id.index()],
             mesh,
             table: scene.table(mesh),
@@ -82,7 +79,7 @@ impl SceneCuts {
             true => InstanceState::Coarsest(candidate.mesh),
             false => InstanceState::AtLevel(candidate.mesh, level as u8),
         };
-        self.draw_whole(frame, candidate.slot, state);
+        self.draw_whole(frame, candidate.near.slot, state);
     }
 
     /// The level by bounds over the whole instance; `None` if the bounds are not decisive.
@@ -90,11 +87,11 @@ impl SceneCuts {
         let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
             Some(flux) => {
-                let steps = self.level_shares[candidate.slot].now_and_held();
+                let steps = self.level_shares[candidate.near.slot].now_and_held();
                 steps.map(|step| share_of_step(step, flux.least_share).sqrt())
             }
         };
-        let scale = frame.scene.columns.error_scales[candidate.slot];
+        let scale = frame.scene.columns.error_scales[candidate.near.slot];
         let (errors, allowed) = (&candidate.table.level_errors, &candidate.near.allowed);
         errors.certain_level(&frame.units, was, allowed, [scale, weight])
     }
@@ -104,7 +101,7 @@ impl SceneCuts {
         let steps;
         let shares = match &frame.settings.visible_flux {
             Some(flux) => {
-                steps = self.level_shares[candidate.slot].steps(was);
+                steps = self.level_shares[candidate.near.slot].steps(was);
                 Shares::new(&steps, flux.least_share)
             }
             None => Shares::FULL,
@@ -120,9 +117,9 @@ impl SceneCuts {
         let Some((flux, buffer)) = self.visible.of(frame.settings) else {
             return;
         };
-        let share = &mut self.level_shares[candidate.slot];
+        let share = &mut self.level_shares[candidate.near.slot];
         if !(frame.are_shares_known && is_refined) {
-            let now = buffer.share_of_all(candidate.table, candidate.index, candidate.placed);
+            let now = buffer.share_of_all(candidate.table, candidate.id, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
         }
         self.has_unsettled_shares |= !share.is_settled();
@@ -130,7 +127,6 @@ impl SceneCuts {
 
     /// Whether an instance at its coarsest level stays there because of its visible share.
     fn stays_hidden(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
-        let &Candidate { slot, table, .. } = candidate;
         let Some((flux, buffer)) = self.visible.of(frame.settings) else {
             return false;
         };
@@ -139,14 +135,18 @@ impl SceneCuts {
             InstanceState::Empty | InstanceState::Coarsest(_)
         );
         let share = match is_coarsest {
-            true => buffer.share_of_all(table, candidate.index, candidate.placed),
+            true => buffer.share_of_all(candidate.table, candidate.id, candidate.placed),
             false => None,
         };
         let stays = share.is_some_and(|step| {
             candidate.fits_coarsest(frame, share_of_step(step, flux.least_share))
         });
         if stays {
-            self.draw_whole(frame, slot, InstanceState::Coarsest(candidate.mesh));
+            self.draw_whole(
+                frame,
+                candidate.near.slot,
+                InstanceState::Coarsest(candidate.mesh),
+            );
         }
         stays
     }
@@ -194,20 +194,20 @@ impl SceneCuts {
             return;
         }
         let &Candidate {
-            slot,
-            index,
+            near,
+            id,
             placed,
             table,
             ..
         } = candidate;
-        let settings = frame.settings;
+        let (slot, settings) = (near.slot, frame.settings);
         let key = self.key_of_cut(frame, candidate);
         let cut = self.pool.at_mut(key);
         let (_, triangles_before) = cut.drawn();
         let is_mixed = matches!(candidate.was, InstanceState::Mixed(_));
         if !(frame.are_shares_known && is_mixed) {
             let flux = settings.visible_flux;
-            let seen = flux.map(|_| self.visible.seen(table, index, placed));
+            let seen = flux.map(|_| self.visible.seen(table, id, placed));
             cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
         }
         self.has_unsettled_shares |= !cut.shares.is_settled();
@@ -223,8 +223,7 @@ impl SceneCuts {
         });
         if has_changed {
             let (now, triangles) = cut.drawn();
-            let instance = self.memories[slot].instance;
-            self.changes.record(instance, &cut.units_before, now);
+            self.changes.record(id, &cut.units_before, now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
         // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.
@@ -258,7 +257,7 @@ impl Candidate<'_> {
     fn fits_coarsest(&self, frame: &Frame, share: f32) -> bool {
         let errors = &self.table.level_errors;
         let limits = errors.limits(errors.coarsest(), &frame.units.hidden_to(share));
-        let limits = limits.scaled(frame.scene.columns.error_scales[self.slot]);
+        let limits = limits.scaled(frame.scene.columns.error_scales[self.near.slot]);
         limits.highest <= self.near.allowed.coarse[0]
     }
 }

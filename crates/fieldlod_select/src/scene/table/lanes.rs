@@ -21,13 +21,9 @@ pub(super) fn vectors_of<T>(
     elements: usize,
     value: impl Fn(&T) -> Vec3,
 ) -> Vec<V3<f32x8>> {
-    let [x, y, z] = std::array::from_fn(|axis| lanes_of(items, elements, |item| value(item)[axis]));
+    let at = |index: usize| items.get(index).map_or(Vec3::ZERO, &value);
     (0..elements)
-        .map(|element| V3 {
-            x: x[element],
-            y: y[element],
-            z: z[element],
-        })
+        .map(|element| V3::from_lanes(|lane| at(element * LANES + lane)))
         .collect()
 }
 

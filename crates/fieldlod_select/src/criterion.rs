@@ -171,8 +171,8 @@ pub(crate) struct Drift {
 
 /// The criterion of one instance in one view under one set of settings.
 pub(crate) struct Criterion<'a, L> {
-    instance: &'a InstanceView,
-    settings: &'a LodSettings,
+    pub(crate) instance: &'a InstanceView,
+    pub(crate) settings: &'a LodSettings,
     weights: ErrorWeights,
     camera_from_local: M3<L>,
     origin_in_camera: V3<L>,

@@ -21,14 +21,13 @@ mod screen_triangle;
 pub(crate) mod shares;
 pub(crate) mod surface_samples;
 mod texels;
-pub(crate) mod visible_shares;
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
 use wide::f32x8;
 
 use crate::lanes::bits::{LANES, set_bits_of};
-use crate::lanes::{M3, V3, bits_of};
+use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::Scene;
 use crate::view::View;
 use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
@@ -45,6 +44,8 @@ const STRETCH: usize = 8;
 #[derive(Clone, Debug)]
 pub struct OcclusionBuffer {
     view: View,
+    /// Revision of the scene and triangle budget of the image; `None` before it is drawn.
+    drawn: Option<(u64, u32)>,
     plane: ImagePlane,
     texels: Texels,
     /// The least nearness of each texel and its two neighbours in the row.
@@ -60,27 +61,28 @@ impl OcclusionBuffer {
     /// Draws the occluders of a scene in a view, with up to `triangles` triangles.
     #[must_use]
     pub fn new(scene: &Scene, view: &View, triangles: u32) -> Self {
-        let mut buffer = Self::empty(view);
-        buffer.redraw(scene, view, triangles);
-        buffer
-    }
-
-    /// An empty image.
-    pub(crate) fn empty(view: &View) -> Self {
-        Self {
+        let mut buffer = Self {
             view: *view,
+            drawn: None,
             plane: ImagePlane::new(&view.image_camera),
             texels: Texels::default(),
             shrunk_in_rows: Vec::new(),
             shrunk: Vec::new(),
             candidates: Vec::new(),
             corners: Vec::new(),
-        }
+        };
+        buffer.update(scene, view, triangles);
+        buffer
     }
 
-    /// Draws another view, or another state of a scene.
-    pub(crate) fn redraw(&mut self, scene: &Scene, view: &View, triangles: u32) {
-        self.view = *view;
+    /// Draws the image again if the view, the scene or the budget has changed.
+    pub(crate) fn update(&mut self, scene: &Scene, view: &View, triangles: u32) {
+        let wanted = Some((scene.revision, triangles));
+        // A view of NaN does not equal itself.
+        if self.drawn == wanted && self.view == *view {
+            return;
+        }
+        (self.view, self.drawn) = (*view, wanted);
         self.plane = ImagePlane::new(&view.image_camera);
         self.texels.clear(self.plane.width, self.plane.height);
         let mut candidates = std::mem::take(&mut self.candidates);
@@ -197,7 +199,7 @@ impl OcclusionBuffer {
             let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
             let [above, own, below] = rows.map(|row| &self.shrunk_in_rows[row * width..][..width]);
             for (column, to) in to.iter_mut().enumerate() {
-                *to = smaller(smaller(above[column], own[column]), below[column]);
+                *to = above[column].smaller(own[column]).smaller(below[column]);
             }
         }
     }
@@ -206,16 +208,12 @@ impl OcclusionBuffer {
 /// The centres of the first eight texels of a row.
 const CENTRES: f32x8 = f32x8::new([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5]);
 
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
 /// The least of each number and its two neighbours.
 fn least_of_three(from: &[f32], to: &mut [f32]) {
     let last = from.len() - 1;
-    to[0] = smaller(from[0], from[last.min(1)]);
-    to[last] = smaller(from[last], from[last.saturating_sub(1)]);
+    to[0] = from[0].smaller(from[last.min(1)]);
+    to[last] = from[last].smaller(from[last.saturating_sub(1)]);
     for (to, from) in to[1..].iter_mut().zip(from.windows(3)) {
-        *to = smaller(smaller(from[0], from[1]), from[2]);
+        *to = from[0].smaller(from[1]).smaller(from[2]);
     }
 }

@@ -10,7 +10,7 @@ use glam::{Affine3A, Mat3};
 
 use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
-use columns::{Columns, Occupant, Row};
+use columns::{Columns, Occupant};
 use journal::Journal;
 use order::sort_along_curve;
 use table::GroupTable;
@@ -256,17 +256,17 @@ impl Scene {
         };
         self.journal.push(slot);
         let hides = instance.is_occluder && !self.table(mesh).occluders.is_empty();
-        let row = Row {
-            occupant: Occupant {
-                id: self.id_of(index),
-                mesh,
-                layers: instance.layers,
-            },
-            sphere: instance.sphere,
-            error_scale: instance.stretch.map(|stretch| stretch * instance.bias),
-            occluder_radius: if hides { instance.sphere.radius } else { 0.0 },
+        let occupant = Occupant {
+            id: self.id_of(index),
+            mesh,
+            layers: instance.layers,
         };
-        self.columns.set(slot as usize, &row);
+        let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
+        let sphere = instance.sphere;
+        let occluder_radius = if hides { sphere.radius } else { 0.0 };
+        let slot = slot as usize;
+        self.columns
+            .set(slot, occupant, &sphere, error_scale, occluder_radius);
     }
 
     /// The id of the instance that has an index, or had it last.
@@ -312,7 +312,7 @@ impl Scene {
 
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
-        self.unplaced.is_empty() && self.columns.is_up_to_date()
+        self.unplaced.is_empty() && self.columns.dirty.is_empty()
     }
 
     /// Number of instances.

@@ -90,7 +90,7 @@ impl Candidate {
         // The finest level within that limit.
         let mut levels = table.occluders.iter().map(|parts| {
             let in_view = parts_in_view(parts, plane, linear, origin);
-            let count = in_view.map(OccluderPart::triangle_count).sum();
+            let count = in_view.map(|part| part.triangles.len() as u32).sum();
             (parts, count)
         });
         let (parts, count) = levels.find(|&(_, count)| count <= most)?;

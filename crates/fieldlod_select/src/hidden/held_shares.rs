@@ -82,8 +82,8 @@ pub(crate) struct ShareMemory {
     shares: Vec<HeldShare>,
     /// Held shares, eight to an element.
     held: Vec<[u8; LANES]>,
-    /// Whether `held` equals the shares that are seen.
-    is_settled: bool,
+    /// Whether `held` equals the shares that are seen: it stays as it is while the same is seen.
+    pub(crate) is_settled: bool,
     /// The previous share, if it was the same for all groups.
     last_of_all: Option<u8>,
 }
@@ -94,35 +94,21 @@ pub(crate) type SeenShares<'a> = (Option<u8>, &'a [u8]);
 impl ShareMemory {
     /// Removes all shares. All groups then count in full.
     pub(crate) fn clear(&mut self) {
+        self.shares.clear();
         self.held.clear();
+        self.last_of_all = None;
         self.is_settled = true;
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.held.is_empty()
-    }
-
-    /// Whether the shares stay as they are while the same is seen.
-    pub(crate) fn is_settled(&self) -> bool {
-        self.is_settled
     }
 
     /// The shares for decisions.
     pub(crate) fn shares(&self, settings: &LodSettings) -> Shares<'_> {
         match &settings.visible_flux {
-            Some(flux) => Shares::new(&self.held, flux.least_share),
+            Some(flux) => Shares {
+                steps: &self.held,
+                least: flux.least_share,
+            },
             None => Shares::FULL,
         }
-    }
-
-    /// Starts with the shares that are seen now.
-    pub(crate) fn begin(&mut self, words: usize, seen: SeenShares) {
-        self.shares.clear();
-        self.shares.resize(words * CHUNK, HeldShare::default());
-        self.held.clear();
-        self.held.resize(words * LANES, [0; LANES]);
-        self.last_of_all = None;
-        self.update(seen, &[], 0);
     }
 
     /// Updates the shares in a new frame; `refined` has the bits of the previous cut.
@@ -137,6 +123,10 @@ impl ShareMemory {
         }
         self.last_of_all = of_all;
         self.is_settled = true;
+        // New shares start with those that are seen now.
+        let blocks = refined.len() * (CHUNK / LANES);
+        self.shares.resize(blocks * LANES, HeldShare::default());
+        self.held.resize(blocks, [0; LANES]);
         let held = self.held.as_flattened_mut().iter_mut();
         for (group, (held, share)) in held.zip(&mut self.shares).enumerate() {
             let of_group = of_all.or(of_groups.get(group).copied());

@@ -69,15 +69,11 @@ impl ImagePlane {
     /// Texel coordinates and nearness of points before the camera.
     #[inline(always)]
     pub(crate) fn project<L: Lane>(&self, point: V3<L>) -> V3<L> {
-        let (x, y, z) = if self.is_perspective {
-            let nearness = L::one() / point.z;
-            (point.x * nearness, point.y * nearness, nearness)
-        } else {
-            (point.x, point.y, -point.z)
-        };
+        let z = self.nearness(point.z);
+        let factor = if self.is_perspective { z } else { L::one() };
         V3 {
-            x: x * L::splat(self.scale.x) + L::splat(self.offset.x),
-            y: y * L::splat(self.scale.y) + L::splat(self.offset.y),
+            x: point.x * factor * L::splat(self.scale.x) + L::splat(self.offset.x),
+            y: point.y * factor * L::splat(self.scale.y) + L::splat(self.offset.y),
             z,
         }
     }

@@ -15,7 +15,7 @@ const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
 pub(crate) struct OccluderPart {
     bounds: Aabb,
     positions: Vec<Vec3>,
-    triangles: Vec<[u16; 3]>,
+    pub(super) triangles: Vec<[u16; 3]>,
 }
 
 /// The coarse levels of a mesh as a whole, finest first, each by its parts.
@@ -23,11 +23,10 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<Vec<OccluderPart>> {
     let mut levels = Vec::new();
     let mut wanted = LEVELS.iter().copied().peekable();
     // A hierarchy may come without its geometry.
-    let level_count = match hierarchy.unit_vertices.is_empty() {
-        true => 0,
-        false => hierarchy.level_count(),
-    };
-    for level in 0..level_count {
+    if hierarchy.unit_vertices.is_empty() {
+        return levels;
+    }
+    for level in 0..hierarchy.level_count() {
         let is_coarse = |group: &Group| group.level >= level;
         let mut refined: Vec<bool> = hierarchy.groups.iter().map(is_coarse).collect();
         hierarchy.close_refinement(&mut refined);
@@ -79,10 +78,6 @@ impl OccluderPart {
                 .collect(),
             triangles: triangles.to_vec(),
         }
-    }
-
-    pub(crate) fn triangle_count(&self) -> u32 {
-        self.triangles.len() as u32
     }
 
     /// The triangles of the part in the image; `corners` is a buffer for vertices.

@@ -156,13 +156,12 @@ impl GroupTable {
     /// The units of a whole mesh at a level, and their triangles.
     pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
         let [_, triangle_count] = self.units[level];
-        (unit_of_level(level), u64::from(triangle_count))
+        (level_unit(level), u64::from(triangle_count))
     }
 
     /// The finest level of a chain that is not finer than `level`; the coarsest if there is none.
     pub(crate) fn chain_level(&self, level: u32) -> usize {
-        let mut levels = self.levels.iter();
-        let found = levels.position(|&of_group| of_group >= level);
+        let found = self.levels.iter().position(|&of_group| of_group >= level);
         found.unwrap_or(self.group_count - 1)
     }
 
@@ -257,7 +256,7 @@ impl GroupTable {
 }
 
 /// The unit of a level of a chain.
-pub(crate) fn unit_of_level(level: usize) -> &'static [u32] {
+pub(crate) fn level_unit(level: usize) -> &'static [u32] {
     &UNITS[level..=level]
 }
 

@@ -32,8 +32,6 @@ pub fn refine(
 
 /// The decisions on one instance in one view.
 pub(crate) struct Decision<'a> {
-    instance: &'a InstanceView,
-    settings: &'a LodSettings,
     criterion: Criterion<'a, f32x8>,
     thresholds: Thresholds,
     shares: Shares<'a>,
@@ -54,8 +52,6 @@ impl<'a> Decision<'a> {
         shares: Shares<'a>,
     ) -> Self {
         Self {
-            instance,
-            settings,
             criterion: Criterion::new(instance, settings),
             thresholds: settings.thresholds(bias),
             shares,
@@ -126,14 +122,14 @@ impl<'a> Decision<'a> {
     }
 
     fn bounds_test(&self, table: &GroupTable, may_leave: bool) -> &BoundsTest {
+        let (instance, settings) = (self.criterion.instance, self.criterion.settings);
         let (test, camera, threshold_px) = if may_leave {
             let threshold_px = self.thresholds.coarsen_below_px;
-            (&self.leaving, &self.instance.kept_camera, threshold_px)
+            (&self.leaving, &instance.kept_camera, threshold_px)
         } else {
             let threshold_px = self.thresholds.refine_above_px;
-            (&self.entering, &self.instance.camera, threshold_px)
+            (&self.entering, &instance.camera, threshold_px)
         };
-        let (instance, settings) = (self.instance, self.settings);
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
         test.get_or_init(|| {

@@ -2,6 +2,7 @@
 
 use wide::f32x8;
 
+use super::frame::Input;
 use super::instance_cut::InstanceCut;
 use crate::criterion::Criterion;
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
@@ -30,13 +31,13 @@ impl Selector {
     /// that are [loaded in parts](Scene::set_available). Groups that every cut refines are left out. `scene` must be
     /// the one that was selected from.
     pub fn demand(&self, scene: &Scene, mut visit: impl FnMut(GroupDemand)) {
-        let Some((cuts, view, settings)) = self.last_cuts() else {
+        let Some(Input { view, settings, .. }) = &self.last else {
             return;
         };
         for (index, instance) in (0..).zip(&scene.instances) {
             if let (Some(mesh), Some(slot)) = (instance.mesh, instance.slot)
                 && scene.table(mesh).available.is_some()
-                && let Some(cut) = cuts.cut(slot as usize)
+                && let Some(cut) = self.cuts.cut(slot as usize)
             {
                 let id = scene.id_of(index);
                 visit_cut(scene, (view, settings), (mesh, id), cut, &mut visit);

@@ -1,7 +1,7 @@
 //! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
 use super::motion::Hold;
-use crate::hidden::held_shares::{SeenShares, ShareMemory};
+use crate::hidden::held_shares::ShareMemory;
 use crate::scene::table::GroupTable;
 
 #[derive(Debug, Default)]
@@ -89,20 +89,6 @@ impl InstanceCut {
         self.triangle_count = table.gather_units(refined, &mut self.units);
     }
 
-    /// Updates the visible shares of the groups; `None` without visible flux.
-    pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
-        match seen {
-            None => self.shares.clear(),
-            Some(seen) if self.shares.is_empty() => self.shares.begin(self.refined.len(), seen),
-            Some(seen) => self.shares.update(seen, &self.refined, hold_frames),
-        }
-    }
-
-    /// Whether only terminal groups are refined.
-    pub(crate) fn is_coarsest(&self, table: &GroupTable) -> bool {
-        self.refined == table.coarsest_refined
-    }
-
     /// Returns `true` if the cut stays the same with the decisions `own`. Groups of the stored `own` still exceed their
     /// thresholds. Groups outside `refined` do not.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
@@ -122,7 +108,8 @@ impl InstanceCut {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     cuts: Vec<InstanceCut>,
-    free: Vec<u32>,
+    /// Other cuts reuse their storage.
+    pub(super) free: Vec<u32>,
 }
 
 impl Pool {
@@ -140,10 +127,5 @@ impl Pool {
 
     pub(crate) fn at_mut(&mut self, key: u32) -> &mut InstanceCut {
         &mut self.cuts[key as usize]
-    }
-
-    /// Frees a key. Another cut reuses its storage.
-    pub(crate) fn free(&mut self, key: u32) {
-        self.free.push(key);
     }
 }

@@ -102,7 +102,10 @@ impl SceneCuts {
         let shares = match &frame.settings.visible_flux {
             Some(flux) => {
                 steps = self.level_shares[candidate.near.slot].steps(was);
-                Shares::new(&steps, flux.least_share)
+                Shares {
+                    steps: &steps,
+                    least: flux.least_share,
+                }
             }
             None => Shares::FULL,
         };
@@ -114,12 +117,13 @@ impl SceneCuts {
 
     /// Updates the visible share of a mesh that is drawn as a whole.
     fn see_level(&mut self, frame: &Frame, candidate: &Candidate, is_refined: bool) {
-        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
+        let flux = frame.settings.visible_flux.as_ref();
+        let Some((flux, image)) = flux.zip(self.depth_image.as_ref()) else {
             return;
         };
         let share = &mut self.level_shares[candidate.near.slot];
         if !(frame.are_shares_known && is_refined) {
-            let now = buffer.share_of_all(candidate.table, candidate.id, candidate.placed);
+            let now = image.share_of_all(candidate.table, candidate.id, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
         }
         self.has_unsettled_shares |= !share.is_settled();
@@ -127,7 +131,8 @@ impl SceneCuts {
 
     /// Whether an instance at its coarsest level stays there because of its visible share.
     fn stays_hidden(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
-        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
+        let flux = frame.settings.visible_flux.as_ref();
+        let Some((flux, image)) = flux.zip(self.depth_image.as_ref()) else {
             return false;
         };
         let is_coarsest = matches!(
@@ -135,7 +140,7 @@ impl SceneCuts {
             InstanceState::Empty | InstanceState::Coarsest(_)
         );
         let share = match is_coarsest {
-            true => buffer.share_of_all(candidate.table, candidate.id, candidate.placed),
+            true => image.share_of_all(candidate.table, candidate.id, candidate.placed),
             false => None,
         };
         let stays = share.is_some_and(|step| {
@@ -206,11 +211,16 @@ impl SceneCuts {
         let (_, triangles_before) = cut.drawn();
         let is_mixed = matches!(candidate.was, InstanceState::Mixed(_));
         if !(frame.are_shares_known && is_mixed) {
-            let flux = settings.visible_flux;
-            let seen = flux.map(|_| self.visible.seen(table, id, placed));
-            cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
+            match settings.visible_flux.zip(self.depth_image.as_ref()) {
+                Some((flux, image)) => {
+                    let of_all = image.shares(table, id, placed, &mut self.group_shares);
+                    let seen = (of_all, &self.group_shares[..]);
+                    cut.shares.update(seen, &cut.refined, flux.hold_frames);
+                }
+                None => cut.shares.clear(),
+            }
         }
-        self.has_unsettled_shares |= !cut.shares.is_settled();
+        self.has_unsettled_shares |= !cut.shares.is_settled;
         // Decide the groups, then record the changes.
         let has_changed = cut.decide(table, |shares, was_refined, refined| {
             if let Some(level) = settings.forced_level {
@@ -229,7 +239,7 @@ impl SceneCuts {
         // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.
         let may_rest = settings.forced_level.is_none()
             && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
-        let is_coarsest = may_rest && cut.is_coarsest(table);
+        let is_coarsest = may_rest && cut.refined == table.coarsest_refined;
         self.memories[slot].state = InstanceState::Mixed(key);
         let state = match is_coarsest {
             true => InstanceState::Coarsest(candidate.mesh),

@@ -18,7 +18,7 @@ use super::columns::EightLimits;
 use crate::criterion::extent::corner_secant;
 use crate::criterion::limits::{Allowed, ErrorUnits};
 use crate::criterion::{Drift, Motion, px_per_unit};
-use crate::lanes::bits::set_bits_of;
+use crate::lanes::bits::{LANES, set_bits_of};
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::columns::EightSpheres;
 use crate::settings::{LodSettings, Offscreen, Thresholds};
@@ -93,24 +93,22 @@ pub(crate) struct Looked {
     /// Bits of the instances that keep their cuts.
     kept: u32,
     /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
-    pub(crate) dark: u32,
-    allowed: Allowed<f32x8>,
+    dark: u32,
+    allowed: Allowed<[f32; LANES]>,
 }
 
 impl Looked {
-    /// Lanes of the instances whose cuts may change.
-    pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
-        set_bits_of(!self.kept & 0xff)
-    }
-
-    /// The allowed errors of an instance.
-    #[inline]
-    pub(crate) fn allowed(&self, lane: usize) -> Allowed<f32> {
-        let of_lane = |of_eight: f32x8| of_eight.to_array()[lane];
-        Allowed {
-            coarse: self.allowed.coarse.map(of_lane),
-            fine: self.allowed.fine.map(of_lane),
-        }
+    /// The instances whose cuts may change. `element` is the place of the eight instances in their column.
+    pub(crate) fn near(&self, element: usize) -> impl Iterator<Item = Near> + '_ {
+        let Allowed { coarse, fine } = &self.allowed;
+        set_bits_of(!self.kept & 0xff).map(move |lane| Near {
+            slot: element * LANES + lane,
+            is_dark: self.dark >> lane & 1 == 1,
+            allowed: Allowed {
+                coarse: [coarse[0][lane], coarse[1][lane]],
+                fine: [fine[0][lane], fine[1][lane]],
+            },
+        })
     }
 }
 
@@ -183,10 +181,14 @@ impl KeepTest {
             },
             allowed: Allowed {
                 coarse: [
-                    entering,
-                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark),
+                    entering.to_array(),
+                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark)
+                        .to_array(),
                 ],
-                fine: [self.fine(0, &sighted, &bounds, dark), leaving],
+                fine: [
+                    self.fine(0, &sighted, &bounds, dark).to_array(),
+                    leaving.to_array(),
+                ],
             },
         })
     }

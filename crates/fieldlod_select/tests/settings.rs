@@ -140,12 +140,12 @@ fn group_of(mean_normal: Vec3, radius: f32) -> Group {
 #[test]
 fn error_depends_on_orientation() {
     let view = look(perspective(1.0), Vec3::Z * 10.0, Vec3::ZERO);
-    let squared = |scale: Vec3, mean_normal: Vec3| {
+    let error_px = |scale: Vec3, mean_normal: Vec3| {
         let instance = InstanceView::new(&view, &Affine3A::from_scale(scale));
-        screen_error_px(&group_of(mean_normal, 0.01), &instance).powi(2)
+        screen_error_px(&group_of(mean_normal, 0.01), &instance)
     };
     // The mean of max(n·s, 0) over a sphere is 1/4: 4 V + 0.4 p is 1.4.
-    let closed = squared(Vec3::ONE, Vec3::ZERO);
+    let closed = error_px(Vec3::ONE, Vec3::ZERO);
     for (scale, mean_normal, expected) in [
         // A flat group that faces the camera, one turned away, and one seen edge-on.
         (Vec3::ONE, Vec3::Z, 4.0),
@@ -154,7 +154,8 @@ fn error_depends_on_orientation() {
         // Normals of mirrored instances point outward too.
         (Vec3::new(1.0, 1.0, -1.0), Vec3::NEG_Z, 4.0),
     ] {
-        let weight = squared(scale, mean_normal) / closed * 1.4;
+        let ratio = error_px(scale, mean_normal) / closed;
+        let weight = ratio * ratio * 1.4;
         assert!((weight - expected).abs() < 0.01, "{weight} of {expected}");
     }
 }

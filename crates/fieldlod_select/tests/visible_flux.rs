@@ -2,6 +2,7 @@
 
 mod common;
 
+use camera_field::Camera;
 use common::world::{Placed, World};
 use common::{look, perspective};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
@@ -199,12 +200,14 @@ fn depth_image_equals_the_depths_of_rays() {
     let view = View::new(perspective(1.0), &Affine3A::IDENTITY);
     let buffer = OcclusionBuffer::new(&scene, &view, u32::MAX);
     let size = Vec2::new(256.0, 144.0);
-    let half = Vec2::new(16.0 / 9.0, 1.0) * 0.5f32.tan();
+    let Camera::Perspective(lens) = view.camera() else {
+        unreachable!("the camera is a perspective");
+    };
     let (mut compared, mut texels) = (0, buffer.nearness().iter());
     for (y, x) in (0..144u8).flat_map(|y| (0..=255u8).map(move |x| (y, x))) {
         let nearness = *texels.next().unwrap();
         let at = (Vec2::new(f32::from(x), f32::from(y)) + 0.5) / size * 2.0 - 1.0;
-        let ray = (at * half * Vec2::new(1.0, -1.0)).extend(-1.0);
+        let ray = (at * lens.slope_max * Vec2::new(1.0, -1.0)).extend(-1.0);
         let of_ground = match -1.0 / ray.y {
             depth if (0.0..19.0).contains(&depth) => depth,
             _ => f32::INFINITY,

@@ -45,9 +45,8 @@ impl<'a> Frame<'a> {
     /// Whether instances may keep their states. After other changes each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
-            let settings = &input.settings;
-            let hides = settings.visible_flux.is_some();
-            let forced_level = settings.forced_level;
+            let hides = input.settings.visible_flux.is_some();
+            let forced_level = input.settings.forced_level;
             (
                 input.view.layers,
                 forced_level,

@@ -34,13 +34,6 @@ impl Cut {
     pub fn refined(&self) -> &[bool] {
         &self.refined
     }
-
-    /// Removes the previous cut, as after a teleport.
-    pub fn clear(&mut self) {
-        self.refined.clear();
-        self.units.clear();
-        self.triangle_count = 0;
-    }
 }
 
 /// Selects the cut of one instance, placed by `world_from_local`, in one view.

@@ -189,6 +189,15 @@ impl<L: Lane> V3<L> {
     }
 }
 
+impl V3<f32x8> {
+    /// The vectors of eight lanes.
+    pub(crate) fn from_lanes(of_lane: impl Fn(usize) -> Vec3) -> Self {
+        let lanes: [Vec3; 8] = std::array::from_fn(of_lane);
+        let [x, y, z] = std::array::from_fn(|axis| f32x8::from(lanes.map(|lane| lane[axis])));
+        Self { x, y, z }
+    }
+}
+
 /// The same matrix for all groups.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct M3<L>([V3<L>; 3]);

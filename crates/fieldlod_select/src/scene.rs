@@ -10,7 +10,7 @@ use glam::{Affine3A, Mat3};
 
 use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
-use columns::{Columns, Occupant, Row};
+use columns::{Columns, Occupant};
 use journal::Journal;
 use order::sort_along_curve;
 use table::GroupTable;
@@ -47,20 +47,9 @@ impl InstanceId {
     }
 }
 
-/// The placement of an instance.
+/// The instance that has an index, or had it until it was removed.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
-    pub(crate) world_from_local: Affine3A,
-    pub(crate) bias: f32,
-    /// The sphere around all groups of the instance, in the world.
-    pub(crate) sphere: Sphere,
-    /// The least and the largest factor of lengths.
-    stretch: [f32; 2],
-}
-
-/// The instance that has an index.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct InstanceEntry {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
@@ -69,6 +58,23 @@ pub(crate) struct InstanceEntry {
     /// The layers of the instance, one bit each.
     layers: u64,
     is_occluder: bool,
+    pub(crate) world_from_local: Affine3A,
+    pub(crate) bias: f32,
+    /// The sphere around all groups of the instance, in the world.
+    pub(crate) sphere: Sphere,
+    /// The least and the largest factor of lengths.
+    stretch: [f32; 2],
+}
+
+impl Instance {
+    fn place(&mut self, table: &GroupTable, world_from_local: Affine3A, bias: f32) {
+        let linear = Mat3::from(world_from_local.matrix3);
+        let largest = largest_stretch(&linear);
+        (self.world_from_local, self.bias) = (world_from_local, bias);
+        self.sphere = placed_sphere(&table.bounds, &world_from_local, largest, bias);
+        // Below the exact value in spite of rounding.
+        self.stretch = [least_stretch(&linear, largest) * 0.999, largest];
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -90,7 +96,6 @@ pub struct Scene {
     /// Meshes that were removed.
     free_meshes: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
-    pub(crate) entries: Vec<InstanceEntry>,
     free: Vec<u32>,
     /// Instances to which the next update gives slots.
     unplaced: Vec<u32>,
@@ -155,32 +160,30 @@ impl Scene {
         world_from_local: Affine3A,
         bias: f32,
     ) -> InstanceId {
-        self.meshes[mesh.0 as usize].instance_count += 1;
-        // The index of a removed instance is reused with a new generation.
-        let mut entry = InstanceEntry {
+        self.meshes[mesh.index()].instance_count += 1;
+        let mut instance = Instance {
             mesh: Some(mesh),
             generation: 0,
             slot: None,
             layers: u64::MAX,
             is_occluder: true,
+            world_from_local,
+            bias,
+            sphere: Sphere::default(),
+            stretch: [0.0; 2],
         };
-        let instance = self.instance(mesh, world_from_local, bias);
-        let index = if let Some(index) = self.free.pop() {
-            entry.generation = self.entries[index as usize].generation + 1;
-            self.entries[index as usize] = entry;
-            self.instances[index as usize] = instance;
-            index
+        instance.place(self.table(mesh), world_from_local, bias);
+        // The index of a removed instance is reused with a new generation.
+        let index = self.free.pop().unwrap_or(self.instances.len() as u32);
+        if let Some(removed) = self.instances.get_mut(index as usize) {
+            instance.generation = removed.generation + 1;
+            *removed = instance;
         } else {
             self.instances.push(instance);
-            self.entries.push(entry);
-            self.instances.len() as u32 - 1
-        };
+        }
         self.unplaced.push(index);
         self.revision += 1;
-        InstanceId {
-            index,
-            generation: entry.generation,
-        }
+        self.id_of(index)
     }
 
     /// Moves an instance. Does nothing if the instance was removed.
@@ -195,14 +198,19 @@ impl Scene {
         self.place(instance, world_from_local, bias);
     }
 
+    fn place(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
+        if let Some(mesh) = self.mesh_of(instance) {
+            let table = &self.meshes[mesh.index()].table;
+            self.instances[instance.index()].place(table, world_from_local, bias);
+            self.note_changed(instance.index);
+        }
+    }
+
     /// Puts an instance on layers, one bit each. A view that shares none of them neither draws nor counts it. A new
     /// instance is on all layers. Does nothing if the instance was removed.
     pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
-        let is_present = self.mesh_of(instance).is_some();
-        if is_present && self.entries[instance.index()].layers != layers {
-            self.entries[instance.index()].layers = layers;
-            self.note_changed(instance.index);
-        }
+        let is_occluder = self.instances[instance.index()].is_occluder;
+        self.set_flags(instance, layers, is_occluder);
     }
 
     /// Sets whether an instance may hide other instances with [`LodSettings::visible_flux`], which is the default;
@@ -210,19 +218,17 @@ impl Scene {
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
-        let is_present = self.mesh_of(instance).is_some();
-        if is_present && self.entries[instance.index()].is_occluder != is_occluder {
-            self.entries[instance.index()].is_occluder = is_occluder;
-            self.note_changed(instance.index);
-        }
+        let layers = self.instances[instance.index()].layers;
+        self.set_flags(instance, layers, is_occluder);
     }
 
-    fn place(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
-        let Some(mesh) = self.mesh_of(instance) else {
-            return;
-        };
-        self.instances[instance.index()] = self.instance(mesh, world_from_local, bias);
-        self.note_changed(instance.index);
+    fn set_flags(&mut self, instance: InstanceId, layers: u64, is_occluder: bool) {
+        let is_present = self.mesh_of(instance).is_some();
+        let changed = &mut self.instances[instance.index()];
+        if is_present && (changed.layers, changed.is_occluder) != (layers, is_occluder) {
+            (changed.layers, changed.is_occluder) = (layers, is_occluder);
+            self.note_changed(instance.index);
+        }
     }
 
     /// Removes an instance; its cut becomes empty. Does nothing if the instance was removed.
@@ -230,12 +236,12 @@ impl Scene {
         let Some(mesh) = self.mesh_of(instance) else {
             return;
         };
-        self.meshes[mesh.0 as usize].instance_count -= 1;
+        self.meshes[mesh.index()].instance_count -= 1;
         self.free.push(instance.index);
         self.revision += 1;
-        let entry = &mut self.entries[instance.index()];
-        entry.mesh = None;
-        if let Some(slot) = entry.slot.take() {
+        let removed = &mut self.instances[instance.index()];
+        removed.mesh = None;
+        if let Some(slot) = removed.slot.take() {
             self.columns.free(slot);
             self.journal.push(slot);
         }
@@ -244,34 +250,41 @@ impl Scene {
     /// Updates the columns of an instance, and notes the change for selectors.
     fn note_changed(&mut self, index: u32) {
         self.revision += 1;
-        let entry = self.entries[index as usize];
-        let (Some(slot), Some(mesh)) = (entry.slot, entry.mesh) else {
+        let instance = &self.instances[index as usize];
+        let (Some(slot), Some(mesh)) = (instance.slot, instance.mesh) else {
             return;
         };
         self.journal.push(slot);
-        let instance = &self.instances[index as usize];
-        let generation = entry.generation;
-        let hides = entry.is_occluder && !self.table(mesh).occluders.is_empty();
-        let row = Row {
-            occupant: Occupant {
-                id: InstanceId { index, generation },
-                mesh,
-                layers: entry.layers,
-            },
-            sphere: instance.sphere,
-            error_scale: instance.stretch.map(|stretch| stretch * instance.bias),
-            occluder_radius: if hides { instance.sphere.radius } else { 0.0 },
+        let hides = instance.is_occluder && !self.table(mesh).occluders.is_empty();
+        let occupant = Occupant {
+            id: self.id_of(index),
+            mesh,
+            layers: instance.layers,
         };
-        self.columns.set(slot as usize, &row);
+        let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
+        let sphere = instance.sphere;
+        let occluder_radius = if hides { sphere.radius } else { 0.0 };
+        let slot = slot as usize;
+        self.columns
+            .set(slot, occupant, &sphere, error_scale, occluder_radius);
+    }
+
+    /// The id of the instance that has an index, or had it last.
+    pub(crate) fn id_of(&self, index: u32) -> InstanceId {
+        let generation = self.instances[index as usize].generation;
+        InstanceId { index, generation }
+    }
+
+    /// An instance; `None` if its index was given to another instance.
+    fn get(&self, id: InstanceId) -> Option<&Instance> {
+        let instance = self.instances.get(id.index())?;
+        (instance.generation == id.generation).then_some(instance)
     }
 
     /// The mesh of an instance; `None` if the instance was removed.
     #[must_use]
     pub fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
-        let entry = self.entries.get(instance.index())?;
-        (entry.generation == instance.generation)
-            .then_some(entry.mesh)
-            .flatten()
+        self.get(instance)?.mesh
     }
 
     /// Placement of an instance. If the instance was removed, its placement before the removal.
@@ -283,14 +296,14 @@ impl Scene {
     /// Orders new instances and updates the bounds of the scene.
     pub fn update(&mut self) {
         let mut unplaced = std::mem::take(&mut self.unplaced);
-        unplaced.retain(|&index| self.entries[index as usize].mesh.is_some());
+        unplaced.retain(|&index| self.instances[index as usize].mesh.is_some());
         sort_along_curve(&mut unplaced, |index| {
             self.instances[index as usize].sphere.center
         });
         // The index of an instance that was removed and added again is in the list twice.
         unplaced.dedup();
         for &index in &unplaced {
-            self.entries[index as usize].slot = Some(self.columns.free_slot());
+            self.instances[index as usize].slot = Some(self.columns.free_slot());
             self.note_changed(index);
         }
         self.columns.refit();
@@ -299,7 +312,7 @@ impl Scene {
 
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
-        self.unplaced.is_empty() && self.columns.is_up_to_date()
+        self.unplaced.is_empty() && self.columns.dirty.is_empty()
     }
 
     /// Number of instances.
@@ -310,33 +323,15 @@ impl Scene {
 
     /// The slot of an instance; `None` before the next update, and once removed.
     pub(crate) fn slot_of(&self, instance: InstanceId) -> Option<usize> {
-        let entry = self.entries.get(instance.index())?;
-        let slot = entry
-            .slot
-            .filter(|_| entry.generation == instance.generation);
-        slot.map(|slot| slot as usize)
+        Some(self.get(instance)?.slot? as usize)
     }
 
     pub(crate) fn table(&self, mesh: MeshId) -> &GroupTable {
-        &self.meshes[mesh.0 as usize].table
+        &self.meshes[mesh.index()].table
     }
 
     /// The tables of all meshes by their indices.
     pub(crate) fn tables(&self) -> impl Iterator<Item = &GroupTable> {
         self.meshes.iter().map(|mesh| &mesh.table)
-    }
-
-    fn instance(&self, mesh: MeshId, world_from_local: Affine3A, bias: f32) -> Instance {
-        let table = self.table(mesh);
-        let linear = Mat3::from(world_from_local.matrix3);
-        let largest = largest_stretch(&linear);
-        let least = least_stretch(&linear, largest);
-        Instance {
-            world_from_local,
-            bias,
-            sphere: placed_sphere(&table.bounds, &world_from_local, largest, bias),
-            // Below the exact value in spite of rounding.
-            stretch: [least * 0.999, largest],
-        }
     }
 }

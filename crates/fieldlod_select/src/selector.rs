@@ -41,8 +41,8 @@ use crate::view::View;
 /// ```
 #[derive(Debug, Default)]
 pub struct Selector {
-    last: Option<Input>,
-    cuts: SceneCuts,
+    pub(crate) last: Option<Input>,
+    pub(crate) cuts: SceneCuts,
     budget: BudgetSearch,
     /// Whether this selection has updated the visible shares.
     are_shares_known: bool,
@@ -128,20 +128,12 @@ impl Selector {
     /// The depth image of the last selection; `None` without [`LodSettings::visible_flux`].
     #[must_use]
     pub fn occlusion(&self) -> Option<&OcclusionBuffer> {
-        let flux = self.last.and_then(|frame| frame.settings.visible_flux);
-        self.cuts.visible.buffer.as_ref().filter(|_| flux.is_some())
-    }
-
-    /// The cuts of the last selection, its view with margins, and its settings.
-    pub(crate) fn last_cuts(&self) -> Option<(&SceneCuts, &View, &LodSettings)> {
-        let last = self.last.as_ref()?;
-        Some((&self.cuts, &last.view, &last.settings))
+        let flux = self.last?.settings.visible_flux;
+        self.cuts.depth_image.as_ref().filter(|_| flux.is_some())
     }
 
     /// Removes the previous cuts, as after a teleport: the next selection depends on its input alone.
     pub fn clear(&mut self) {
-        self.last = None;
-        self.cuts.clear();
-        self.budget = BudgetSearch::default();
+        *self = Self::default();
     }
 }

@@ -165,15 +165,6 @@ impl LodSettings {
         }
     }
 
-    /// The quality of `error_px` with no displacement above `displacement_px`.
-    #[must_use]
-    pub fn capped(error_px: f32, displacement_px: f32) -> Self {
-        Self {
-            displacement_px: Some(displacement_px),
-            ..Self::with_error_px(error_px)
-        }
-    }
-
     /// The default with no more triangles than `triangle_budget` in a view.
     #[must_use]
     pub fn with_triangle_budget(triangle_budget: u64) -> Self {

@@ -75,7 +75,10 @@ fn walk_hashes() -> [u64; 2] {
     let add = |placement: &Affine3A| scene.add_instance(mesh, *placement, 1.0);
     let ids: Vec<InstanceId> = placements.iter().map(add).collect();
     scene.update();
-    let settings = LodSettings::capped(1.0, 3.0);
+    let settings = LodSettings {
+        displacement_px: Some(3.0),
+        ..LodSettings::default()
+    };
     let mut cuts = vec![Cut::default(); placements.len()];
     let mut selector = Selector::default();
     (0..FRAMES).fold([SEED; 2], |mut sums, frame| {

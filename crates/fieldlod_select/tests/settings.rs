@@ -10,7 +10,7 @@ use fieldlod_select::{
     AdvancedSettings, Cut, InstanceView, LodSettings, Offscreen, group_error_px,
     screen_displacement_px, screen_error_px, select,
 };
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Mat3, Quat, Vec3};
 use proptest::prelude::*;
 
 fn cut_of(which: usize, view: &fieldlod_select::View, settings: &LodSettings) -> Cut {
@@ -25,13 +25,20 @@ fn holds(finer: &Cut, coarser: &Cut) -> bool {
     pairs.all(|(&coarser, &finer)| !coarser || finer)
 }
 
+fn capped(error_px: f32, displacement_px: f32) -> LodSettings {
+    LodSettings {
+        displacement_px: Some(displacement_px),
+        ..LodSettings::with_error_px(error_px)
+    }
+}
+
 const ON_AXIS: Offscreen = Offscreen::OnAxis { bias: 1.0 };
 
 proptest! {
     #[test]
     fn both_thresholds_refine_what_either_does(which in 0usize..5, view in any_view(), placement in any_placement(), error_px in 0.1f32..10.0, cap_px in 0.1f32..10.0) {
         let instance = InstanceView::new(&view, &placement);
-        let both = LodSettings::capped(error_px, cap_px);
+        let both = capped(error_px, cap_px);
         for group in &hierarchies()[which].groups {
             let either = screen_error_px(group, &instance) > error_px * 1.0001
                 || screen_displacement_px(group, &instance) > cap_px * 1.0001;
@@ -116,6 +123,83 @@ proptest! {
     }
 }
 
+/// A group at the origin, with an error and a deviation of 1.
+fn group_of(mean_normal: Vec3, radius: f32) -> Group {
+    Group {
+        mean_normal,
+        bounds: Sphere {
+            center: Vec3::ZERO,
+            radius,
+        },
+        error_in_local: 1.0,
+        deviation_in_local: 1.0,
+        ..hierarchies()[3].groups[5]
+    }
+}
+
+#[test]
+fn error_depends_on_orientation() {
+    let view = look(perspective(1.0), Vec3::Z * 10.0, Vec3::ZERO);
+    let error_px = |scale: Vec3, mean_normal: Vec3| {
+        let instance = InstanceView::new(&view, &Affine3A::from_scale(scale));
+        screen_error_px(&group_of(mean_normal, 0.01), &instance)
+    };
+    // The mean of max(n·s, 0) over a sphere is 1/4: 4 V + 0.4 p is 1.4.
+    let closed = error_px(Vec3::ONE, Vec3::ZERO);
+    for (scale, mean_normal, expected) in [
+        // A flat group that faces the camera, one turned away, and one seen edge-on.
+        (Vec3::ONE, Vec3::Z, 4.0),
+        (Vec3::ONE, Vec3::NEG_Z, 0.0),
+        (Vec3::ONE, Vec3::X, 0.4),
+        // Normals of mirrored instances point outward too.
+        (Vec3::new(1.0, 1.0, -1.0), Vec3::NEG_Z, 4.0),
+    ] {
+        let ratio = error_px(scale, mean_normal) / closed;
+        let weight = ratio * ratio * 1.4;
+        assert!((weight - expected).abs() < 0.01, "{weight} of {expected}");
+    }
+}
+
+fn directions() -> impl Iterator<Item = Vec3> {
+    let steps = || (0..9u8).map(|step| f32::from(step) - 4.0);
+    let rows = steps().flat_map(move |x| steps().map(move |y| Vec3::new(x, y, 0.0)));
+    let all = rows.flat_map(move |row| steps().map(move |z| row + Vec3::Z * z));
+    all.filter(|v| *v != Vec3::ZERO).map(Vec3::normalize)
+}
+
+#[test]
+fn stretches_are_tight_bounds() {
+    let turn = Mat3::from_quat(Quat::from_xyzw(0.1, -0.5, 0.7, 0.5).normalize());
+    let needle = Mat3::from_diagonal(Vec3::new(0.1, -1.0, 5.0));
+    let shear = Mat3::from_cols(Vec3::X, Vec3::new(2.0, 1.0, 0.0), Vec3::new(0.5, 0.3, 1.0));
+    let group = group_of(Vec3::ZERO, 0.0);
+    for m in [shear, needle, turn * needle, turn * needle * turn] {
+        let placement = Affine3A::from_mat3(m);
+        for along in directions().step_by(7) {
+            let view = look(perspective(1.0), along * 10.0, Vec3::ZERO);
+            let [placed, plain] =
+                [placement, Affine3A::IDENTITY].map(|at| InstanceView::new(&view, &at));
+            // In any direction, and across the sight ray.
+            let radius = placed
+                .sphere_in_camera(&Sphere {
+                    radius: 1.0,
+                    ..group.bounds
+                })
+                .radius;
+            let longest = directions().map(|e| (m * e).length()).fold(0.0, f32::max);
+            assert!(longest <= radius * 1.0001 && radius < longest * 1.03);
+            let across = |e: Vec3| (m * e - along * along.dot(m * e)).length();
+            let most = directions().map(across).fold(0.0, f32::max);
+            let bound =
+                screen_displacement_px(&group, &placed) / screen_displacement_px(&group, &plain);
+            assert!(
+                most <= bound * 1.0001 && bound < most * 1.05,
+                "{bound} for {most}"
+            );
+        }
+    }
+}
+
 #[test]
 fn caps_draw_as_the_stricter_threshold() {
     let view = look(perspective(1.0), Vec3::Z * 4.0, Vec3::ZERO);
@@ -123,8 +207,8 @@ fn caps_draw_as_the_stricter_threshold() {
     let quality = triangles(LodSettings::default());
     let guaranteed = triangles(LodSettings::guaranteed(1.0));
     assert!(guaranteed > quality);
-    assert_eq!(triangles(LodSettings::capped(1.0, 1.0)), guaranteed);
-    assert_eq!(triangles(LodSettings::capped(1.0, 1e9)), quality);
+    assert_eq!(triangles(capped(1.0, 1.0)), guaranteed);
+    assert_eq!(triangles(capped(1.0, 1e9)), quality);
 }
 
 #[test]
@@ -145,14 +229,7 @@ fn cut_without_thresholds_is_the_coarsest() {
 /// A caster beside or behind the camera counts as it would on the axis at the same distance, times the bias.
 #[test]
 fn caster_outside_the_view_counts_as_on_the_axis() {
-    let small = Group {
-        mean_normal: Vec3::ZERO,
-        bounds: Sphere {
-            center: Vec3::ZERO,
-            radius: 0.01,
-        },
-        ..hierarchies()[3].groups[5]
-    };
+    let small = group_of(Vec3::ZERO, 0.01);
     for (distance, bias) in [(1.0, 1.0), (10.0, 1.0), (1000.0, 1.0), (10.0, 0.25)] {
         for settings in [LodSettings::default(), LodSettings::guaranteed(1.0)] {
             let error = |target: Vec3, offscreen| {

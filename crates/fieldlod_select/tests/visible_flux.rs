@@ -3,10 +3,14 @@
 
 mod common;
 
+use camera_field::Camera;
 use common::world::{Placed, World};
 use common::{look, perspective};
-use fieldlod_select::{InstanceId, LodSettings, OcclusionBuffer, Statistics, View, VisibleFlux};
-use glam::{Affine3A, Quat, Vec3};
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_select::{
+    InstanceId, LodSettings, OcclusionBuffer, Scene, Statistics, View, VisibleFlux,
+};
+use glam::{Affine3A, Quat, Vec2, Vec3};
 
 const HOLD_FRAMES: u8 = 6;
 
@@ -126,9 +130,8 @@ fn budget_counts_hidden_instances_as_hidden() {
 
 /// Visible shares of a large rock, of a small one behind it and of a small one beside it.
 fn shares_from(eye: Vec3, is_occluder: bool) -> [Vec<f32>; 3] {
-    let rock = fieldlod_bake::fixtures::rock(5, 1);
-    let rock = fieldlod_bake::bake_mesh(&rock, &fieldlod_bake::BakeConfig::default()).unwrap();
-    let mut scene = fieldlod_select::Scene::default();
+    let rock = bake_mesh(&fixtures::rock(5, 1), &BakeConfig::default()).unwrap();
+    let mut scene = Scene::default();
     let large = scene.add_mesh(&rock);
     let small = scene.add_mesh(&rock.whole_mesh_levels().unwrap());
     let ids = [
@@ -163,4 +166,70 @@ fn excluded_occluder_and_eye_of_nan_hide_nothing() {
     assert!(behind.iter().all(|&share| share == 1.0));
     let of_nan = shares_from(Vec3::NAN, true).concat();
     assert!(of_nan.iter().all(|&share| share == 1.0));
+}
+
+/// The depth at which a ray from the eye, of depth 1, meets a ball.
+fn depth_of_ball(ray: Vec3, center: Vec3, radius: f32) -> f32 {
+    let (squared, along) = (ray.dot(ray), ray.dot(center));
+    let rest = along * along - squared * (center.dot(center) - radius * radius);
+    match rest > 0.0 {
+        true => (along - rest.sqrt()) / squared,
+        false => f32::INFINITY,
+    }
+}
+
+#[test]
+fn depth_image_equals_the_depths_of_rays() {
+    let bake = |mesh| bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let mut scene = Scene::default();
+    let ball = scene.add_mesh(&bake(fixtures::icosphere(5)));
+    let ground = scene.add_mesh(&bake(fixtures::plane(32)));
+    let mut put = |mesh, at: Vec3, scale: Vec3| {
+        let placement = Affine3A::from_translation(at) * Affine3A::from_scale(scale);
+        scene.add_instance(mesh, placement, 1.0);
+    };
+    // The nearer ball is mirrored. The ground is wider than the image.
+    let balls = [
+        (Vec3::new(-1.0, 0.5, -8.0), 2.0),
+        (Vec3::new(0.5, 0.2, -4.0), 1.0),
+    ];
+    put(ball, balls[0].0, Vec3::splat(balls[0].1));
+    put(ball, balls[1].0, Vec3::new(-1.0, 1.0, 1.0) * balls[1].1);
+    let size = Vec3::new(60.0, 1.0, 20.0);
+    put(ground, Vec3::new(-30.0, -1.0, -21.0), size);
+    scene.update();
+    let view = View::new(perspective(1.0), &Affine3A::IDENTITY);
+    let buffer = OcclusionBuffer::new(&scene, &view, u32::MAX);
+    let size = Vec2::new(256.0, 144.0);
+    let Camera::Perspective(lens) = view.camera() else {
+        unreachable!("the camera is a perspective");
+    };
+    let (mut compared, mut texels) = (0, buffer.nearness().iter());
+    for (y, x) in (0..144u8).flat_map(|y| (0..=255u8).map(move |x| (y, x))) {
+        let nearness = *texels.next().unwrap();
+        let at = (Vec2::new(f32::from(x), f32::from(y)) + 0.5) / size * 2.0 - 1.0;
+        let ray = (at * lens.slope_max * Vec2::new(1.0, -1.0)).extend(-1.0);
+        let of_ground = match -1.0 / ray.y {
+            depth if (0.0..19.0).contains(&depth) => depth,
+            _ => f32::INFINITY,
+        };
+        let depth = |growth: f32| {
+            let of_balls = balls.map(|(at, radius)| depth_of_ball(ray, at, radius * growth));
+            of_balls.into_iter().fold(of_ground, f32::min)
+        };
+        // Levels differ from the ball at its outline.
+        let [least, most] = [depth(1.02), depth(0.97)];
+        if most < least * 1.05 {
+            compared += 1;
+            let depth = 1.0 / nearness;
+            assert!(
+                (least * 0.999..=most * 1.001).contains(&depth),
+                "{x} {y}: {depth}"
+            );
+        } else if least == f32::INFINITY {
+            assert!(nearness < 1.0 / 18.0, "{x} {y}: {nearness}");
+        }
+    }
+    assert!(compared > 256 * 144 / 3);
+    assert_eq!(texels.next(), None);
 }

@@ -10,15 +10,13 @@
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
-use wide::f32x8;
 
 use super::error_bounds::{ErrorBounds, or_infinity};
 use super::{
     normal_variance, px_per_unit, silhouette_weight, silhouette_width, usable_deviation,
     visible_weight,
 };
-use crate::lanes::bits::LANES;
-use crate::lanes::{Lane, bits_of};
+use crate::lanes::Lane;
 use crate::settings::LodSettings;
 
 /// Limits of allowed errors within which an instance keeps its level, in local or world units.
@@ -59,15 +57,18 @@ impl Limits {
 /// The errors of all levels of a mesh that is drawn as a whole. For another mesh, only the errors of its coarsest
 /// level.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct LevelErrors {
-    /// The error of each level's group from the directions of the least and the largest weight, and its deviation,
-    /// eight levels to an element. They are finite, so that zero times an error is zero. The errors of the last level
-    /// are not used.
-    least: Vec<[f32; LANES]>,
-    most: Vec<[f32; LANES]>,
-    deviation: Vec<[f32; LANES]>,
+pub(crate) struct LevelErrors(Vec<LevelError>);
+
+/// The errors of one level.
+#[derive(Clone, Copy, Debug)]
+struct LevelError {
+    /// The error of its group from the directions of the least and the largest weight, and its deviation. They are
+    /// finite, so that zero times an error is zero. The errors of the last level are not used.
+    least: f32,
+    most: f32,
+    deviation: f32,
     /// The largest error and deviation of the finer levels.
-    finer: Vec<[f32; 2]>,
+    finer: [f32; 2],
 }
 
 /// Allowed errors in the world, of groups that were not refined and of groups that were refined.
@@ -126,52 +127,28 @@ impl ErrorUnits {
 impl LevelErrors {
     /// The errors of the levels of a chain of groups; without a chain, of a cut that refines none of `groups`.
     pub(crate) fn new(groups: &[Group], is_chain: bool) -> Self {
-        let mut levels = Self::default();
-        if is_chain {
-            for level in 0..groups.len() {
-                levels.push(&groups[level], &groups[..level]);
-            }
-        } else {
-            levels.push(&Group::default(), groups);
+        let levels =
+            (0..groups.len()).map(|level| LevelError::new(&groups[level], &groups[..level]));
+        match is_chain {
+            true => Self(levels.collect()),
+            false => Self(vec![LevelError::new(&Group::default(), groups)]),
         }
-        levels
-    }
-
-    fn push(&mut self, own: &Group, finer: &[Group]) {
-        // The weight is least for a camera behind the surface, or for one that sees no silhouette.
-        let facing = own.mean_normal.length();
-        let variance = normal_variance(own.mean_normal);
-        let flatness = facing * facing / silhouette_width(variance);
-        let least_weight = visible_weight(-facing, variance).max(0.0) + silhouette_weight(flatness);
-        let least = own.error_in_local * least_weight.sqrt();
-        let most = ErrorBounds::of_group(own).error_weighed;
-        let (level, deviation) = (self.finer.len(), usable_deviation(own));
-        for (column, error) in [
-            (&mut self.least, least),
-            (&mut self.most, most),
-            (&mut self.deviation, deviation),
-        ] {
-            column.resize(level / LANES + 1, [0.0; LANES]);
-            column[level / LANES][level % LANES] = or_infinity(error).min(f32::MAX);
-        }
-        let bounds = ErrorBounds::around(finer.iter().map(ErrorBounds::of_group));
-        self.finer.push([bounds.error_weighed, bounds.deviation]);
     }
 
     /// The coarsest level.
     pub(crate) fn coarsest(&self) -> usize {
-        self.finer.len() - 1
+        self.0.len() - 1
     }
 
     /// The limits of a level in local units.
     #[inline]
     pub(crate) fn limits(&self, level: usize, units: &ErrorUnits) -> Limits {
-        let own = |column: &[[f32; LANES]]| column.as_flattened()[level];
-        let [finer_error, finer_deviation] = self.finer[level];
+        let errors = &self.0[level];
+        let [finer_error, finer_deviation] = errors.finer;
         Limits {
             lowest: match level == self.coarsest() {
                 true => f32::INFINITY,
-                false => units.of(own(&self.least), own(&self.deviation)),
+                false => units.of(errors.least, errors.deviation),
             },
             highest: units.of(finer_error, finer_deviation),
         }
@@ -186,37 +163,38 @@ impl LevelErrors {
         units: &ErrorUnits,
         was: usize,
         allowed: &Allowed<f32>,
-        [scale, weight]: [[f32; 2]; 2],
+        [[least_scale, most_scale], weight]: [[f32; 2]; 2],
     ) -> Option<usize> {
-        let splat = |[not, refined]: [f32; 2]| [f32x8::splat(not), f32x8::splat(refined)];
-        let (coarse, fine) = (splat(allowed.coarse), splat(allowed.fine));
-        let [least_scale, most_scale] = splat(scale);
-        let weight = splat(weight.map(|weight| weight * units.error));
-        let deviation_weight = f32x8::splat(units.deviation);
-        for block in 0..self.least.len() {
-            let level = f32x8::splat((block * LANES) as f32) + FIRST_LEVELS;
-            let was_refined = f32x8::splat(was as f32).is_at_most(level);
-            let of_was = |[not, refined]: [f32x8; 2]| f32x8::choose(was_refined, refined, not);
-            let deviation = f32x8::new(self.deviation[block]) * deviation_weight;
-            let shown =
-                |errors: [f32; LANES]| (f32x8::new(errors) * of_was(weight)).larger(deviation);
-            let most = shown(self.most[block]) * most_scale;
-            let least = shown(self.least[block]) * least_scale;
-            let fits = bits_of(most.is_at_most(of_was(coarse)));
-            let exceeds = bits_of(of_was(fine).is_below(least));
+        let weight = weight.map(|weight| weight * units.error);
+        for (level, errors) in self.0[..self.coarsest()].iter().enumerate() {
+            let was_refined = usize::from(level >= was);
+            let deviation = errors.deviation * units.deviation;
+            let shown = |error: f32| (error * weight[was_refined]).larger(deviation);
             // NaN is not certain.
-            let lane = (!fits).trailing_zeros() as usize;
-            let level = block * LANES + lane;
-            if level >= self.coarsest() {
-                return Some(self.coarsest());
-            }
-            if lane < LANES {
-                return (exceeds >> lane & 1 == 1).then_some(level);
+            let fits = shown(errors.most) * most_scale <= allowed.coarse[was_refined];
+            if !fits {
+                let exceeds = allowed.fine[was_refined] < shown(errors.least) * least_scale;
+                return exceeds.then_some(level);
             }
         }
-        None
+        Some(self.coarsest())
     }
 }
 
-/// The first eight levels.
-const FIRST_LEVELS: f32x8 = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+impl LevelError {
+    fn new(own: &Group, finer: &[Group]) -> Self {
+        // The weight is least for a camera behind the surface, or for one that sees no silhouette.
+        let facing = own.mean_normal.length();
+        let variance = normal_variance(own.mean_normal);
+        let flatness = facing * facing / silhouette_width(variance);
+        let least_weight = visible_weight(-facing, variance).max(0.0) + silhouette_weight(flatness);
+        let finite = |error: f32| or_infinity(error).min(f32::MAX);
+        let finer = ErrorBounds::around(finer.iter().map(ErrorBounds::of_group));
+        Self {
+            least: finite(own.error_in_local * least_weight.sqrt()),
+            most: finite(ErrorBounds::of_group(own).error_weighed),
+            deviation: finite(usable_deviation(own)),
+            finer: [finer.error_weighed, finer.deviation],
+        }
+    }
+}

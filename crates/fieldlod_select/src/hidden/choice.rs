@@ -1,15 +1,16 @@
 //! Chooses the instances that are drawn into the depth image. Large instances are drawn by triangles of a coarse level,
 //! small instances by points.
 
-use camera_field::Camera;
 use glam::{Affine3A, Mat3, Vec3};
 use wide::f32x8;
 
 use super::ImagePlane;
-use super::occluder::OccluderPart;
+use super::occluder::{OccluderPart, parts_in_view};
 use super::surface_samples::MESH_SAMPLES;
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3};
+use crate::scene::columns::EightSpheres;
+use crate::scene::table::GroupTable;
 use crate::scene::{MeshId, Scene};
 use crate::view::View;
 use crate::view::sides::LensSides;
@@ -33,7 +34,7 @@ const AS_A_WHOLE: Fineness = Fineness {
 /// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too.
 const SHARE_OF_REST: u32 = 4;
 /// Points that take as long as a triangle.
-const POINTS_PER_TRIANGLE: u32 = 32;
+pub(crate) const POINTS_PER_TRIANGLE: u32 = 32;
 
 struct Fineness {
     /// Largest area of a sphere in texels at which its instance is drawn by points.
@@ -42,37 +43,20 @@ struct Fineness {
     triangles_per_texel: f32,
 }
 
-/// The choice of one view, in buffers that are reused.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct OccluderChoice {
-    pub(crate) candidates: Vec<Candidate>,
-    pub(crate) chosen: Vec<ChosenOccluder>,
-    pub(crate) triangle_count: u32,
-    pub(crate) point_count: u32,
-}
-
-/// How one instance is drawn.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct ChosenOccluder {
-    pub(crate) instance: u32,
-    pub(crate) mesh: MeshId,
-    pub(crate) drawn_by: DrawnBy,
-}
-
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum DrawnBy {
-    /// The triangles of a level.
-    Level(usize),
-    /// This number of points.
-    Points(usize),
-}
-
+/// An instance that may hide others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
     pub(crate) instance: u32,
-    mesh: MeshId,
+    pub(crate) mesh: MeshId,
     /// Approximate area of the instance's sphere in texels.
     area: f32,
+}
+
+/// How one instance is drawn.
+pub(crate) enum DrawnBy<'a> {
+    /// The parts of a level, and the number of their triangles in view.
+    Level(&'a [OccluderPart], u32),
+    Points(&'a [V3<f32x8>]),
 }
 
 /// Placement of an instance in camera space: linear part and origin.
@@ -82,147 +66,90 @@ pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Ma
     (linear, view.camera_from_world * from_eye)
 }
 
-impl OccluderChoice {
-    /// Chooses how to draw an instance within the rest of the triangle `budget`, and adds its cost; `None` if the rest
-    /// is too small.
-    pub(crate) fn choose(
-        &mut self,
-        scene: &Scene,
-        view: &View,
+impl Candidate {
+    /// How to draw the instance within the `rest` of the triangle budget; `None` if the rest is too small.
+    pub(crate) fn drawn_by<'a>(
+        &self,
+        table: &'a GroupTable,
         plane: &ImagePlane,
-        budget: u32,
-        candidate: Candidate,
-    ) -> Option<ChosenOccluder> {
-        let Candidate {
-            instance,
-            mesh,
-            area,
-        } = candidate;
-        let rest = budget.saturating_sub(self.cost_in_triangles());
-        let table = scene.table(mesh);
-        let fineness = if table.has_one_place() {
-            AS_A_WHOLE
-        } else {
-            IN_PIECES
+        linear: &Mat3,
+        origin: Vec3,
+        rest: u32,
+    ) -> Option<DrawnBy<'a>> {
+        let fineness = match table.has_one_place() {
+            true => AS_A_WHOLE,
+            false => IN_PIECES,
         };
-        let drawn_by = if area <= fineness.largest_point_area {
-            let points = ((area * POINTS_PER_TEXEL) as u32).min(MESH_SAMPLES);
-            if points / POINTS_PER_TRIANGLE > rest {
-                return None;
-            }
-            DrawnBy::Points(points as usize)
-        } else {
-            let placement = &scene.instances[instance as usize].world_from_local;
-            let (linear, origin) = camera_from_local(view, placement);
-            let worth = (area * fineness.triangles_per_texel) as u32;
-            let most = worth.min(rest / SHARE_OF_REST);
-            // The finest level within that limit.
-            let levels = table.occluders.iter().enumerate();
-            let mut counted = levels.map(|(level, mesh)| {
-                let parts = mesh.parts_in_view(plane, &linear, origin);
-                (level, parts.map(OccluderPart::triangle_count).sum::<u32>())
-            });
-            let (level, count) = counted.find(|&(_, count)| count <= most)?;
-            self.triangle_count += count;
-            DrawnBy::Level(level)
-        };
-        let chosen = ChosenOccluder {
-            instance,
-            mesh,
-            drawn_by,
-        };
-        self.chosen.push(chosen);
-        Some(chosen)
-    }
-
-    /// Sets the number of points that the last chosen occluder took.
-    pub(crate) fn note_points(&mut self, count: usize) {
-        if let Some(ChosenOccluder {
-            drawn_by: DrawnBy::Points(points),
-            ..
-        }) = self.chosen.last_mut()
-        {
-            *points = count;
-            self.point_count += count as u32;
+        if self.area <= fineness.largest_point_area {
+            let count = ((self.area * POINTS_PER_TEXEL) as u32).min(MESH_SAMPLES);
+            let points = table.samples.of_mesh(count as usize);
+            return (count / POINTS_PER_TRIANGLE <= rest).then_some(DrawnBy::Points(points));
         }
-    }
-
-    /// Triangles chosen so far.
-    pub(crate) fn cost_in_triangles(&self) -> u32 {
-        self.triangle_count + self.point_count / POINTS_PER_TRIANGLE
-    }
-
-    /// Starts another image: lists the instances that may hide others, the largest first.
-    pub(crate) fn begin(&mut self, scene: &Scene, view: &View, plane: &ImagePlane) {
-        self.candidates.clear();
-        self.chosen.clear();
-        (self.triangle_count, self.point_count) = (0, 0);
-        let search = Search::new(view, plane);
-        let columns = &scene.columns;
-        let elements = columns.spheres.iter().zip(&columns.occluder_radii);
-        for (element, (spheres, radii)) in elements.enumerate() {
-            let radii = f32x8::new(*radii);
-            let areas = search.areas(spheres.center(), spheres.radius(), radii);
-            let areas = areas.to_array();
-            for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
-                let occupant = columns.occupants[element * LANES + lane];
-                self.candidates
-                    .extend(occupant.seen_mesh(view.layers).map(|mesh| Candidate {
-                        instance: occupant.id.index,
-                        mesh,
-                        area,
-                    }));
-            }
-        }
-        self.candidates.sort_unstable_by(|a, b| {
-            let by_area = b.area.total_cmp(&a.area);
-            by_area.then(a.instance.cmp(&b.instance))
+        let worth = (self.area * fineness.triangles_per_texel) as u32;
+        let most = worth.min(rest / SHARE_OF_REST);
+        // The finest level within that limit.
+        let mut levels = table.occluders.iter().map(|parts| {
+            let in_view = parts_in_view(parts, plane, linear, origin);
+            let count = in_view.map(|part| part.triangles.len() as u32).sum();
+            (parts, count)
         });
+        let (parts, count) = levels.find(|&(_, count)| count <= most)?;
+        Some(DrawnBy::Level(parts, count))
     }
 }
 
-/// The search for large instances in the image.
-struct Search<'a> {
-    view: &'a View,
-    sides: LensSides,
-    is_perspective: bool,
-    /// Texels per unit of length at unit distance, squared.
-    scale_squared: f32,
-    image_area: f32,
+/// Lists the instances that may hide others, the largest first.
+pub(crate) fn list_candidates(
+    scene: &Scene,
+    view: &View,
+    plane: &ImagePlane,
+    candidates: &mut Vec<Candidate>,
+) {
+    candidates.clear();
+    let sides = LensSides::of(&view.image_camera);
+    let columns = &scene.columns;
+    let elements = columns.spheres.iter().zip(&columns.occluder_radii);
+    for (element, (spheres, radii)) in elements.enumerate() {
+        let areas = areas(view, &sides, plane, spheres, f32x8::new(*radii)).to_array();
+        for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
+            let occupant = columns.occupants[element * LANES + lane];
+            let seen = occupant.seen_mesh(view.layers);
+            candidates.extend(seen.map(|mesh| Candidate {
+                instance: occupant.id.index,
+                mesh,
+                area,
+            }));
+        }
+    }
+    candidates.sort_unstable_by(|a, b| {
+        let by_area = b.area.total_cmp(&a.area);
+        by_area.then(a.instance.cmp(&b.instance))
+    });
 }
 
-impl<'a> Search<'a> {
-    fn new(view: &'a View, plane: &ImagePlane) -> Self {
-        Self {
-            view,
-            sides: LensSides::of(&view.image_camera),
-            is_perspective: matches!(view.camera, Camera::Perspective(_)),
-            scale_squared: plane.scale.x * plane.scale.y,
-            image_area: (plane.width * plane.height) as f32,
-        }
+/// Approximate areas in texels of eight occluders; 0 outside the view and for small occluders.
+#[inline(always)]
+fn areas(
+    view: &View,
+    sides: &LensSides,
+    plane: &ImagePlane,
+    spheres: &EightSpheres,
+    occluder_radius: f32x8,
+) -> f32x8 {
+    let (zero, radius) = (f32x8::zero(), spheres.radius());
+    let from_eye = spheres.center().minus(V3::splat(view.eye_in_world));
+    let seen = M3::splat(&view.camera_from_world).of(from_eye);
+    let beyond = (sides.least_inside(seen) + radius).is_below(zero);
+    let scale_squared = f32x8::splat(plane.scale.x * plane.scale.y);
+    let mut texels_squared = occluder_radius * occluder_radius * scale_squared;
+    if plane.is_perspective {
+        let gap = from_eye.dot(from_eye).sqrt() - radius;
+        let nearest = gap.larger(zero) + occluder_radius;
+        texels_squared /= nearest * nearest;
     }
-
-    /// Approximate areas in texels of eight occluders; 0 outside the view and for small occluders.
-    #[inline(always)]
-    fn areas(&self, center: V3<f32x8>, radius: f32x8, occluder_radius: f32x8) -> f32x8 {
-        let zero = f32x8::zero();
-        let from_eye = center.minus(V3::splat(self.view.eye_in_world));
-        let seen = M3::splat(&self.view.camera_from_world).of(from_eye);
-        let beyond = (self.sides.least_inside(seen) + radius).is_below(zero);
-        let mut texels_squared =
-            occluder_radius * occluder_radius * f32x8::splat(self.scale_squared);
-        if self.is_perspective {
-            let gap = from_eye.dot(from_eye).sqrt() - radius;
-            let nearest = gap.larger(zero) + occluder_radius;
-            texels_squared /= nearest * nearest;
-        }
-        let is_large = f32x8::splat(LEAST_RADIUS * LEAST_RADIUS).is_at_most(texels_squared);
-        let area = texels_squared * f32x8::splat(std::f32::consts::PI);
-        let area = area.smaller(f32x8::splat(self.image_area));
-        f32x8::choose(
-            is_large & !beyond & zero.is_below(occluder_radius),
-            area,
-            zero,
-        )
-    }
+    let is_large = f32x8::splat(LEAST_RADIUS * LEAST_RADIUS).is_at_most(texels_squared);
+    let area = texels_squared * f32x8::splat(std::f32::consts::PI);
+    let area = area.smaller(f32x8::splat((plane.width * plane.height) as f32));
+    let counts = is_large & !beyond & zero.is_below(occluder_radius);
+    f32x8::choose(counts, area, zero)
 }

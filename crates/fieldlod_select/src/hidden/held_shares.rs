@@ -7,8 +7,8 @@ use crate::settings::LodSettings;
 /// A share in steps.
 ///
 /// ```text
-/// not refined, or no less visible:                   the visible share of this frame
-/// after `hold_frames` frames in a row with less:     the largest visible share of these frames and this one
+/// not refined, or seen no less: the share that is seen now
+/// else, after `hold_frames` frames in a row that saw less: the largest share of those and this frame
 /// ```
 /// Without that largest share, an instance behind the posts of a fence would change its level again and again.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,8 +37,8 @@ impl HeldShare {
     }
 }
 
-/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the visible
-/// share of this frame.
+/// The share of a mesh that is drawn as a whole: one held share for all refined levels. Finer levels count the share
+/// that is seen now.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LevelShare {
     pub(crate) now: u8,
@@ -46,19 +46,19 @@ pub(crate) struct LevelShare {
 }
 
 impl LevelShare {
-    /// Updates the share in a new frame. `was_refined` is whether the last frame drew a finer level than the
+    /// Updates the share in a new frame. `was_refined` tells whether the last frame drew a finer level than the
     /// coarsest.
     pub(crate) fn update(&mut self, now: u8, was_refined: bool, hold_frames: u8) {
         self.now = now;
         self.share.update(now, was_refined, hold_frames);
     }
 
-    /// Whether the held share equals the visible share.
+    /// Whether the share stays as it is while the same is seen.
     pub(crate) fn is_settled(&self) -> bool {
         self.share.held == self.now
     }
 
-    /// Shares of finer levels, and of refined levels.
+    /// Shares of finer levels and of refined levels.
     pub(crate) fn now_and_held(&self) -> [u8; 2] {
         [self.now, self.share.held]
     }
@@ -83,76 +83,54 @@ pub(crate) struct ShareMemory {
     /// Held shares, eight to an element.
     held: Vec<[u8; LANES]>,
     /// Whether `held` equals the visible shares.
-    is_settled: bool,
+    pub(crate) is_settled: bool,
     /// The previous share, if it was the same for all groups.
     last_of_all: Option<u8>,
 }
 
-/// Visible shares of an instance's groups in one frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum SeenShares<'a> {
-    /// The same share for all groups.
-    OfAll(u8),
-    OfGroups(&'a [u8]),
-}
-
-impl SeenShares<'_> {
-    fn of(&self, group: usize) -> u8 {
-        match self {
-            Self::OfAll(share) => *share,
-            Self::OfGroups(shares) => shares.get(group).copied().unwrap_or(FULL_SHARE),
-        }
-    }
-}
+/// The visible share of all groups of an instance in one frame, or of each group.
+pub(crate) type SeenShares<'a> = (Option<u8>, &'a [u8]);
 
 impl ShareMemory {
     /// Removes all shares. All groups then count in full.
     pub(crate) fn clear(&mut self) {
+        self.shares.clear();
         self.held.clear();
+        self.last_of_all = None;
         self.is_settled = true;
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.held.is_empty()
-    }
-
-    /// Whether the held shares equal the visible shares.
-    pub(crate) fn is_settled(&self) -> bool {
-        self.is_settled
     }
 
     /// The shares for decisions.
     pub(crate) fn shares(&self, settings: &LodSettings) -> Shares<'_> {
         match &settings.visible_flux {
-            Some(flux) => Shares::new(&self.held, flux.least_share),
+            Some(flux) => Shares {
+                steps: &self.held,
+                least: flux.least_share,
+            },
             None => Shares::FULL,
         }
     }
 
-    /// Starts with the visible shares of this frame.
-    pub(crate) fn begin(&mut self, words: usize, seen: &SeenShares) {
-        self.shares.clear();
-        self.shares.resize(words * CHUNK, HeldShare::default());
-        self.held.clear();
-        self.held.resize(words * LANES, [0; LANES]);
-        self.last_of_all = None;
-        self.update(seen, &[], 0);
-    }
-
     /// Updates the shares in a new frame; `refined` has the bits of the previous cut.
-    pub(crate) fn update(&mut self, seen: &SeenShares, refined: &[u64], hold_frames: u8) {
-        let of_all = match seen {
-            SeenShares::OfAll(share) => Some(*share),
-            SeenShares::OfGroups(_) => None,
-        };
+    pub(crate) fn update(
+        &mut self,
+        (of_all, of_groups): SeenShares,
+        refined: &[u64],
+        hold_frames: u8,
+    ) {
         if self.is_settled && of_all.is_some() && of_all == self.last_of_all {
             return;
         }
         self.last_of_all = of_all;
         self.is_settled = true;
+        // New shares start with those that are seen now.
+        let blocks = refined.len() * (CHUNK / LANES);
+        self.shares.resize(blocks * LANES, HeldShare::default());
+        self.held.resize(blocks, [0; LANES]);
         let held = self.held.as_flattened_mut().iter_mut();
         for (group, (held, share)) in held.zip(&mut self.shares).enumerate() {
-            let now = seen.of(group);
+            let of_group = of_all.or(of_groups.get(group).copied());
+            let now = of_group.unwrap_or(FULL_SHARE);
             share.update(now, is_set(refined, group), hold_frames);
             *held = share.held;
             self.is_settled &= *held == now;

@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use camera_field::Camera;
+use fieldlod_hierarchy::Aabb;
 use glam::{Vec2, Vec3};
 use wide::f32x8;
 
-use super::boxes::AxisBox;
 use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, V3};
 
@@ -23,7 +23,7 @@ pub(crate) const NEAREST: f32 = 1e-3;
 /// A camera's image as texels, x to the right and y down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ImagePlane {
-    is_perspective: bool,
+    pub(crate) is_perspective: bool,
     pub(crate) width: usize,
     pub(crate) height: usize,
     /// Texels per unit of slope, or per unit of length of an orthographic camera.
@@ -69,15 +69,11 @@ impl ImagePlane {
     /// Texel coordinates and nearness of points before the camera.
     #[inline(always)]
     pub(crate) fn project<L: Lane>(&self, point: V3<L>) -> V3<L> {
-        let (x, y, z) = if self.is_perspective {
-            let nearness = L::one() / point.z;
-            (point.x * nearness, point.y * nearness, nearness)
-        } else {
-            (point.x, point.y, -point.z)
-        };
+        let z = self.nearness(point.z);
+        let factor = if self.is_perspective { z } else { L::one() };
         V3 {
-            x: x * L::splat(self.scale.x) + L::splat(self.offset.x),
-            y: y * L::splat(self.scale.y) + L::splat(self.offset.y),
+            x: point.x * factor * L::splat(self.scale.x) + L::splat(self.offset.x),
+            y: point.y * factor * L::splat(self.scale.y) + L::splat(self.offset.y),
             z,
         }
     }
@@ -150,8 +146,7 @@ impl ImagePlane {
     }
 
     /// Whether a box of camera space is certainly outside the image.
-    pub(crate) fn is_beyond(&self, bounds: &AxisBox) -> bool {
-        let AxisBox { min, max } = bounds;
+    pub(crate) fn is_beyond(&self, Aabb { min, max }: &Aabb) -> bool {
         if max.z < NEAREST {
             return true;
         }
@@ -161,20 +156,13 @@ impl ImagePlane {
             true => [min.z, max.z],
             false => [1.0, 1.0],
         };
-        let is_right_of = |least: f32, scale: f32, offset: f32, edge: f32| {
-            depths
-                .iter()
-                .all(|depth| least / depth * scale + offset > edge)
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let at = |corner: &Vec3| {
+            depths.map(|depth| corner.truncate() / depth * self.scale + self.offset)
         };
-        let is_left_of = |most: f32, scale: f32, offset: f32| {
-            depths
-                .iter()
-                .all(|depth| most / depth * scale + offset < 0.0)
-        };
-        let (scale, offset) = (self.scale, self.offset);
-        is_right_of(min.x, scale.x, offset.x, self.width as f32)
-            || is_right_of(min.y, scale.y, offset.y, self.height as f32)
-            || is_left_of(max.x, scale.x, offset.x)
-            || is_left_of(max.y, scale.y, offset.y)
+        let [near, far] = at(min).map(|at| at.cmpgt(size));
+        let is_right_or_below = near & far;
+        let [near, far] = at(max).map(|at| at.cmplt(Vec2::ZERO));
+        (is_right_or_below | near & far).any()
     }
 }

@@ -9,6 +9,7 @@ use crate::lanes::bits::LANES;
 use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
+use crate::view::stretch::largest_stretch;
 
 /// Radius in texels from which the groups of an instance have shares of their own. A smaller radius costs more samples;
 /// a larger radius counts the hidden groups of large instances as visible.
@@ -37,11 +38,9 @@ impl OcclusionBuffer {
             return Vec::new();
         };
         let (table, mut groups) = (scene.table(mesh), Vec::new());
-        let index = instance.index() as u32;
         let placed = &scene.instances[instance.index()];
-        match self.share_of_all(table, index, placed) {
-            Some(of_all) => groups.resize(table.group_count(), of_all),
-            None => self.group_shares(table, index, placed, &mut groups),
+        if let Some(of_all) = self.shares(table, instance, placed, &mut groups) {
+            groups = vec![of_all; table.group_count];
         }
         let share = |&step: &u8| share_of_step(step, 0.0);
         groups.iter().map(share).collect()
@@ -52,7 +51,7 @@ impl OcclusionBuffer {
     pub(crate) fn share_of_all(
         &self,
         table: &GroupTable,
-        index: u32,
+        id: InstanceId,
         instance: &Instance,
     ) -> Option<u8> {
         // The radius of the instance in texels.
@@ -69,35 +68,39 @@ impl OcclusionBuffer {
         } else {
             INSTANCE_SAMPLES
         };
-        let query = self.query(index, instance);
+        let query = self.query(id, instance);
         Some(self.share(table.samples.of_mesh(count), &query, None))
     }
 
-    /// The visible shares of the groups of an instance, in steps.
-    pub(crate) fn group_shares(
+    /// [`Self::share_of_all`]; if it is `None`, `groups` gets the visible shares of the groups.
+    pub(crate) fn shares(
         &self,
         table: &GroupTable,
-        index: u32,
+        id: InstanceId,
         instance: &Instance,
         groups: &mut Vec<u8>,
-    ) {
-        let query = self.query(index, instance);
-        let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
-        let stretch = crate::view::stretch::largest_stretch(&linear);
-        groups.clear();
-        groups.extend((0..table.group_count()).map(|group| {
-            let (block, lane) = (group / LANES, group % LANES);
-            let radius = table.groups.radius[block].to_array()[lane] * stretch;
-            self.share(table.samples.of_group(group), &query, Some(radius))
-        }));
+    ) -> Option<u8> {
+        let of_all = self.share_of_all(table, id, instance);
+        if of_all.is_none() {
+            let query = self.query(id, instance);
+            let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
+            let stretch = largest_stretch(&linear);
+            groups.clear();
+            groups.extend((0..table.group_count).map(|group| {
+                let (block, lane) = (group / LANES, group % LANES);
+                let radius = table.groups.radius[block].to_array()[lane] * stretch;
+                self.share(table.samples.of_group(group), &query, Some(radius))
+            }));
+        }
+        of_all
     }
 
-    fn query(&self, index: u32, instance: &Instance) -> Query {
+    fn query(&self, id: InstanceId, instance: &Instance) -> Query {
         let (linear, origin) = camera_from_local(&self.view, &instance.world_from_local);
         Query {
             linear: M3::splat(&linear),
             origin: V3::splat(origin),
-            instance: index,
+            instance: id.index,
         }
     }
 

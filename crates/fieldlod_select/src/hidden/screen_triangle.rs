@@ -37,21 +37,16 @@ impl RowEnd {
         let (low, high) = if is_left { (from, to) } else { (to, from) };
         let slope = (high.x - low.x) / (high.y - low.y);
         let offset = low.x - slope * low.y;
-        let mut end = Self {
-            slope: 0.0,
-            left_offset: f32::NEG_INFINITY,
-            right_offset: f32::INFINITY,
-        };
         // A horizontal edge does not bound any row.
-        if offset.is_finite() {
-            end.slope = slope;
-            *(if is_left {
-                &mut end.left_offset
-            } else {
-                &mut end.right_offset
-            }) = offset;
+        let (slope, is_left, is_right) = match offset.is_finite() {
+            true => (slope, is_left, !is_left),
+            false => (0.0, false, false),
+        };
+        Self {
+            slope,
+            left_offset: if is_left { offset } else { f32::NEG_INFINITY },
+            right_offset: if is_right { offset } else { f32::INFINITY },
         }
-        end
     }
 }
 
@@ -144,13 +139,6 @@ impl ScreenTriangle {
         })
     }
 
-    /// Whether a texel with this centre is covered.
-    #[cfg(test)]
-    pub(crate) fn covers<L: Lane>(&self, x: L, y: L) -> L::Mask {
-        let [left, right] = self.span(y);
-        left.is_at_most(x) & x.is_at_most(right)
-    }
-
     /// The triangle's range in the row with centers at `y`; empty if they do not meet.
     #[inline(always)]
     pub(crate) fn span<L: Lane>(&self, y: L) -> [L; 2] {
@@ -167,7 +155,8 @@ impl ScreenTriangle {
     /// The nearness at a point, at most that of the nearest corner: the plane of a sliver may round to more.
     #[inline(always)]
     pub(crate) fn nearness<L: Lane>(&self, x: L, y: L) -> L {
-        plane_at(self.nearness, x, y).smaller(L::splat(self.nearest))
+        let [a, b, c] = self.nearness.map(L::splat);
+        (a * x + b * y + c).smaller(L::splat(self.nearest))
     }
 
     /// The rows with centres in the triangle's bounds.
@@ -192,9 +181,4 @@ fn centres(min: f32, max: f32, count: usize) -> Range<usize> {
     let first = min.max(0.0) as usize;
     let first = first + usize::from((first as f32 + 0.5) < min);
     first..end.min(count)
-}
-
-#[inline(always)]
-fn plane_at<L: Lane>([a, b, c]: [f32; 3], x: L, y: L) -> L {
-    L::splat(a) * x + L::splat(b) * y + L::splat(c)
 }

@@ -12,21 +12,17 @@ pub(crate) const FULL_SHARE: u8 = 16;
 /// Visible shares of groups in steps, eight to an element.
 #[derive(Clone, Copy)]
 pub(crate) struct Shares<'a> {
-    steps: &'a [[u8; LANES]],
+    pub(crate) steps: &'a [[u8; LANES]],
     /// Least share of hidden groups.
-    least: f32,
+    pub(crate) least: f32,
 }
 
-impl<'a> Shares<'a> {
+impl Shares<'_> {
     /// All groups are visible.
     pub(crate) const FULL: Self = Self {
         steps: &[],
         least: 1.0,
     };
-
-    pub(crate) fn new(steps: &'a [[u8; LANES]], least: f32) -> Self {
-        Self { steps, least }
-    }
 
     /// The shares of one block.
     #[inline]

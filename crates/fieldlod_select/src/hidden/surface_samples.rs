@@ -103,13 +103,6 @@ fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
 
 fn in_lanes(points: &[Vec3]) -> Vec<V3<f32x8>> {
     let (elements, _) = points.as_chunks::<LANES>();
-    let element = |points: &[Vec3; LANES]| {
-        let axis = |axis: usize| f32x8::from(points.map(|point| point[axis]));
-        V3 {
-            x: axis(0),
-            y: axis(1),
-            z: axis(2),
-        }
-    };
+    let element = |points: &[Vec3; LANES]| V3::from_lanes(|lane| points[lane]);
     elements.iter().map(element).collect()
 }

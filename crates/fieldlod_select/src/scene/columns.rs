@@ -93,16 +93,8 @@ pub(crate) struct Columns {
     /// Spheres around 64 instances each.
     pub(crate) chunks: Vec<EightSpheres>,
     /// Chunks whose spheres are not up to date.
-    dirty: Vec<u32>,
+    pub(super) dirty: Vec<u32>,
     free: BTreeSet<u32>,
-}
-
-/// One row of the columns.
-pub(crate) struct Row {
-    pub(crate) occupant: Occupant,
-    pub(crate) sphere: Sphere,
-    pub(crate) error_scale: [f32; 2],
-    pub(crate) occluder_radius: f32,
 }
 
 impl Columns {
@@ -123,22 +115,23 @@ impl Columns {
     /// Frees a slot.
     pub(crate) fn free(&mut self, slot: u32) {
         self.free.insert(slot);
-        let nothing = Row {
-            occupant: Occupant::NONE,
-            sphere: NOTHING,
-            error_scale: [0.0; 2],
-            occluder_radius: 0.0,
-        };
-        self.set(slot as usize, &nothing);
+        self.set(slot as usize, Occupant::NONE, &NOTHING, [0.0; 2], 0.0);
     }
 
     /// Sets a slot; its chunk is not up to date until the next [`Columns::refit`].
-    pub(crate) fn set(&mut self, slot: usize, row: &Row) {
+    pub(crate) fn set(
+        &mut self,
+        slot: usize,
+        occupant: Occupant,
+        sphere: &Sphere,
+        error_scale: [f32; 2],
+        occluder_radius: f32,
+    ) {
         let (element, lane) = (slot / LANES, slot % LANES);
-        self.occupants[slot] = row.occupant;
-        self.error_scales[slot] = row.error_scale;
-        self.spheres[element].set(lane, &row.sphere);
-        self.occluder_radii[element][lane] = row.occluder_radius;
+        self.occupants[slot] = occupant;
+        self.error_scales[slot] = error_scale;
+        self.spheres[element].set(lane, sphere);
+        self.occluder_radii[element][lane] = occluder_radius;
         let chunk = (slot / CHUNK) as u32;
         if self.dirty.last() != Some(&chunk) {
             self.dirty.push(chunk);
@@ -162,10 +155,5 @@ impl Columns {
             self.chunks[chunk / LANES].set(chunk % LANES, &around);
         }
         self.dirty.clear();
-    }
-
-    /// Whether all spheres around chunks are up to date.
-    pub(crate) fn is_up_to_date(&self) -> bool {
-        self.dirty.is_empty()
     }
 }

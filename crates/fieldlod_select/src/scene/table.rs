@@ -4,13 +4,13 @@ mod lanes;
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{Group, Hierarchy, Unit};
+use fieldlod_hierarchy::{Group, Hierarchy};
 use wide::f32x8;
 
 use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
 use crate::criterion::limits::LevelErrors;
 use crate::criterion::{CriterionInput, normal_variance};
-use crate::hidden::occluder::{OccluderMesh, occluder_levels};
+use crate::hidden::occluder::{OccluderPart, occluder_levels};
 use crate::hidden::shares::Shares;
 use crate::hidden::surface_samples::SurfaceSamples;
 use crate::lanes::V3;
@@ -23,7 +23,7 @@ use lanes::{lanes_of, vectors_of};
 /// Tests go from bounds of 64 groups to bounds of eight and to each group.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
-    group_count: usize,
+    pub(crate) group_count: usize,
     /// Groups, eight to an element.
     pub(crate) groups: BoundsLanes,
     /// Elements of `groups`, eight to an element: one for each word of bits.
@@ -43,13 +43,14 @@ pub struct GroupTable {
     levels: Vec<u32>,
     /// Sample points of visibility.
     pub(crate) samples: SurfaceSamples,
-    /// Occluders of the mesh, finest first.
-    pub(crate) occluders: Vec<OccluderMesh>,
+    /// Occluders of the mesh, finest first, each by its parts.
+    pub(crate) occluders: Vec<Vec<OccluderPart>>,
     /// For each group, the groups that consume its simplification.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
     first_unit: Vec<u32>,
-    units: Vec<TableUnit>,
+    /// The producer and the triangles of each unit.
+    units: Vec<[u32; 2]>,
     /// The groups that may be refined; `None` if the mesh is not loaded in parts, and all groups may be refined. If a
     /// group is available, all coarser groups that consume its simplification are available. The refined groups among
     /// them therefore make a cut.
@@ -64,13 +65,6 @@ pub struct GroupTable {
     pub(crate) coarsest_triangle_count: u64,
 }
 
-/// The part of a unit that cuts need.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct TableUnit {
-    produced_by: u32,
-    pub(crate) triangle_count: u32,
-}
-
 impl GroupTable {
     /// Lays out a hierarchy, which must be [valid](Hierarchy::validate).
     #[must_use]
@@ -81,6 +75,8 @@ impl GroupTable {
             |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
+        let units = hierarchy.units.iter();
+        let units = units.map(|unit| [unit.produced_by, unit.triangle_count]);
         let mut table = Self {
             group_count: groups.len(),
             // Bounds of one group, of eight and of 64.
@@ -103,7 +99,7 @@ impl GroupTable {
             coarser,
             first_coarser,
             first_unit: groups.iter().map(|group| group.first_unit).collect(),
-            units: hierarchy.units.iter().map(TableUnit::from).collect(),
+            units: units.collect(),
             available: None,
             available_revision: 0,
             coarsest_units: Vec::new(),
@@ -147,10 +143,6 @@ impl GroupTable {
         };
     }
 
-    pub(crate) fn group_count(&self) -> usize {
-        self.group_count
-    }
-
     /// Whether each group is the whole mesh at one level.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
@@ -163,14 +155,13 @@ impl GroupTable {
 
     /// The units of a whole mesh at a level, and their triangles.
     pub(crate) fn drawn_at_level(&self, level: usize) -> (&[u32], u64) {
-        let triangle_count = self.units[level].triangle_count;
-        (unit_of_level(level), u64::from(triangle_count))
+        let [_, triangle_count] = self.units[level];
+        (level_unit(level), u64::from(triangle_count))
     }
 
     /// The finest level of a chain that is not finer than `level`; the coarsest if there is none.
     pub(crate) fn chain_level(&self, level: u32) -> usize {
-        let mut levels = self.levels.iter();
-        let found = levels.position(|&of_group| of_group >= level);
+        let found = self.levels.iter().position(|&of_group| of_group >= level);
         found.unwrap_or(self.group_count - 1)
     }
 
@@ -198,16 +189,11 @@ impl GroupTable {
         }
     }
 
-    /// Number of groups of a word of bits.
-    pub(crate) fn groups_in_word(&self, word: usize) -> usize {
-        self.group_count.saturating_sub(word * CHUNK).min(CHUNK)
-    }
-
     /// Criterion input of the groups of a block.
     #[inline(always)]
     pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
         CriterionInput {
-            center: self.groups.center(block),
+            center: self.groups.center[block],
             radius: self.groups.radius[block],
             error: self.error[block],
             deviation: self.groups.deviation[block],
@@ -236,9 +222,8 @@ impl GroupTable {
 
     /// The bits of a word that belong to groups.
     pub(crate) fn present_in(&self, word: usize) -> u64 {
-        u64::MAX
-            .checked_shr((CHUNK - self.groups_in_word(word)) as u32)
-            .unwrap_or(0)
+        let count = self.group_count.saturating_sub(word * CHUNK).min(CHUNK);
+        u64::MAX.checked_shr((CHUNK - count) as u32).unwrap_or(0)
     }
 
     pub(crate) fn coarser_of(&self, group: usize) -> &[u32] {
@@ -250,11 +235,11 @@ impl GroupTable {
         let mut triangle_count = 0;
         for group in set_bits(refined) {
             for index in self.units_of(group) {
-                let unit = self.units[index];
+                let [produced_by, unit_triangles] = self.units[index];
                 // Source geometry has a producer beyond the end, whose bit is not set.
-                if !is_set(refined, unit.produced_by as usize) {
+                if !is_set(refined, produced_by as usize) {
                     units.push(index as u32);
-                    triangle_count += u64::from(unit.triangle_count);
+                    triangle_count += u64::from(unit_triangles);
                 }
             }
         }
@@ -270,17 +255,8 @@ impl GroupTable {
     }
 }
 
-impl From<&Unit> for TableUnit {
-    fn from(unit: &Unit) -> Self {
-        Self {
-            produced_by: unit.produced_by,
-            triangle_count: unit.triangle_count,
-        }
-    }
-}
-
 /// The unit of a level of a chain.
-pub(crate) fn unit_of_level(level: usize) -> &'static [u32] {
+pub(crate) fn level_unit(level: usize) -> &'static [u32] {
     &UNITS[level..=level]
 }
 

@@ -6,9 +6,9 @@
 //! ```text
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
-//! so that a sphere passes if `e k/τ + r ≤ ρ`, with `k` the factor before `e √W` or `d`: in local space and without a
-//! root, `(e k/τ + r)² ≤ |p − eye|²`. It is the sphere test of rotation-invariant metrics with another constant. A
-//! sphere that reaches the camera or holds NaN never passes.
+//! so that a sphere passes if `e k/τ + r < ρ`, with `k` the factor before `e √W` or `d`, without a root:
+//! `(e k/τ + r)² < ρ²`. It is the sphere test of rotation-invariant metrics with another constant. A sphere that reaches
+//! the camera or holds NaN never passes.
 //!
 //! # Outside
 //! A sphere is outside if its centre is beyond a side of the view by more than its radius.
@@ -18,74 +18,30 @@ use wide::f32x8;
 
 use crate::criterion::extent::corner_secant;
 use crate::criterion::px_per_unit;
-use crate::lanes::{Lane, V3};
+use crate::lanes::{Lane, M3, V3};
 use crate::scene::table::BoundsLanes;
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
-use crate::view::sides::{Planes, Sides, planes_in_camera};
-use crate::view::stretch::least_stretch;
+use crate::view::sides::LensSides;
 
 /// Bounds of the rounding of points, relative to their coordinates, and of errors. Smaller values let spheres pass that
 /// the criterion refines, which the tests against the criterion find; larger values only test more groups.
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// Bounds of the camera that groups enter, and of the wider camera that refined groups leave.
-pub(crate) struct ViewBounds {
-    pub(super) entering: CameraBounds,
-    pub(super) leaving: CameraBounds,
-}
-
-/// Bounds of one camera.
-pub(super) struct CameraBounds {
-    is_orthographic: bool,
-    /// `None` if groups outside the view have errors too.
-    sides: Option<Planes>,
-    /// Pixels times distance of errors and, where they count, of deviations.
-    error_px: f32,
-    deviation_px: Option<f32>,
-}
-
-impl ViewBounds {
-    pub(crate) fn new(entering: &Camera, leaving: &Camera, settings: &LodSettings) -> Self {
-        Self {
-            entering: CameraBounds::new(entering, settings),
-            leaving: CameraBounds::new(leaving, settings),
-        }
-    }
-}
-
-impl CameraBounds {
-    fn new(camera: &Camera, settings: &LodSettings) -> Self {
-        let (px, secant) = (px_per_unit(camera), corner_secant(camera));
-        let error_px = (px.x * px.y * secant * secant * secant).sqrt();
-        let deviation_px = px.max_element() * secant * secant;
-        let weights = settings.error_weights();
-        let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
-        let error_weight = if weights.counts_error { ROUNDING } else { 0.0 };
-        Self {
-            is_orthographic: matches!(camera, Camera::Orthographic(_)),
-            sides: (!counts_outside).then(|| planes_in_camera(camera)),
-            error_px: error_px * error_weight,
-            deviation_px: weights
-                .displacement_weight
-                .map(|weight| deviation_px * weight * ROUNDING),
-        }
-    }
-}
-
 /// The tests of one instance against one threshold. Its numbers are stored in all lanes, because copying them into the
 /// lanes costs as much as a test.
 pub(super) struct BoundsTest {
     is_orthographic: bool,
-    eye: V3<f32x8>,
+    camera_from_local: M3<f32x8>,
+    origin: V3<f32x8>,
+    camera_per_local: f32x8,
+    slack: f32x8,
+    /// Pixels times distance of errors over the threshold and, where they count, of deviations.
     error_px: f32x8,
     deviation_px: Option<f32x8>,
-    unevenness: f32x8,
-    slack: f32x8,
-    /// The sides of the view in local space, with distances in camera units; `None` if they cannot be used.
-    sides: Option<Sides<f32x8>>,
-    camera_per_local: f32x8,
+    /// `None` if groups outside the view have errors too.
+    sides: Option<LensSides>,
 }
 
 impl BoundsTest {
@@ -93,48 +49,62 @@ impl BoundsTest {
     /// `drift` in it.
     pub(super) fn new(
         instance: &InstanceView,
+        settings: &LodSettings,
         size: f32,
-        camera: &CameraBounds,
+        camera: &Camera,
         threshold_px: f32,
         drift: f32,
     ) -> Self {
+        let (px, secant) = (px_per_unit(camera), corner_secant(camera));
         let most = instance.camera_per_local;
-        let least = least_stretch(&instance.camera_from_local, most) * 0.999;
-        let eye = instance.camera_from_local.inverse() * -instance.origin_in_camera;
-        let slack = POSITION_SLACK * (eye.length() + size) + drift * ROUNDING / least + 1e-14;
-        // Squares of smaller or larger lengths may underflow or overflow.
-        let is_trusted = (1e-15..1e13).contains(&(slack * most));
-        let sides = camera.sides.as_ref().filter(|_| is_trusted);
-        let per_local = if camera.is_orthographic { most } else { 1.0 };
-        let factor = per_local / threshold_px;
-        let (linear, translation) = (&instance.camera_from_local, instance.origin_in_camera);
+        let factor = most * ROUNDING / threshold_px;
+        let weights = settings.error_weights();
+        let error_px = match weights.counts_error {
+            true => (px.x * px.y * secant * secant * secant).sqrt() * factor,
+            false => 0.0,
+        };
+        let deviation_px = px.max_element() * secant * secant * factor;
+        let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
+        let reach = instance.origin_in_camera.length() + most * size;
+        let slack = POSITION_SLACK * reach + drift * ROUNDING + 1e-14;
         Self {
-            is_orthographic: camera.is_orthographic,
-            eye: V3::splat(eye),
-            error_px: f32x8::splat(camera.error_px * factor),
-            deviation_px: camera.deviation_px.map(|px| f32x8::splat(px * factor)),
-            unevenness: f32x8::splat(most / least),
-            slack: f32x8::splat(slack),
-            sides: sides.map(|sides| Sides::new(sides, linear, translation, slack * most)),
+            is_orthographic: matches!(camera, Camera::Orthographic(_)),
+            camera_from_local: M3::splat(&instance.camera_from_local),
+            origin: V3::splat(instance.origin_in_camera),
             camera_per_local: f32x8::splat(most * ROUNDING),
+            // Squares of larger lengths may overflow.
+            slack: f32x8::splat(if slack < 1e13 { slack } else { f32::INFINITY }),
+            error_px: f32x8::splat(error_px),
+            deviation_px: weights
+                .displacement_weight
+                .map(|weight| f32x8::splat(deviation_px * weight)),
+            sides: (!counts_outside).then(|| LensSides::of(camera)),
         }
     }
 
     /// The mask of bounds, out of eight, that have no error above the threshold.
     #[inline]
     pub(super) fn passes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
-        let far = self.is_far(bounds, element);
+        let center = bounds.center[element];
+        let center = self.camera_from_local.of(center).plus(self.origin);
+        let radius = bounds.radius[element] * self.camera_per_local + self.slack;
+        let far = self.is_far(bounds, element, center, radius);
         match &self.sides {
             Some(sides) if !far.all() => {
-                let radius = bounds.radius[element] * self.camera_per_local;
-                far | sides.exclude(bounds.center(element), radius)
+                far | (sides.least_inside(center) + radius).is_below(f32x8::zero())
             }
             _ => far,
         }
     }
 
     #[inline]
-    fn is_far(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
+    fn is_far(
+        &self,
+        bounds: &BoundsLanes,
+        element: usize,
+        center: V3<f32x8>,
+        radius: f32x8,
+    ) -> f32x8 {
         let mut error = bounds.error_weighed[element] * self.error_px;
         if let Some(deviation_px) = self.deviation_px {
             error = error.larger(bounds.deviation[element] * deviation_px);
@@ -142,9 +112,7 @@ impl BoundsTest {
         if self.is_orthographic {
             return error.is_at_most(f32x8::one());
         }
-        let from_eye = bounds.center(element).minus(self.eye);
-        let radius = bounds.radius[element] * f32x8::splat(ROUNDING);
-        let needed = (error + radius + self.slack) * self.unevenness;
-        (needed * needed).is_below(from_eye.dot(from_eye))
+        let needed = error + radius;
+        (needed * needed).is_below(center.dot(center))
     }
 }

@@ -31,7 +31,7 @@ pub(crate) struct Changes {
     /// The units of all changes. The first units are 0, 1, 2 …; all changes from one unit to another use these.
     units: Vec<u32>,
     /// The coarsest units of all meshes, after a first frame: its changes are not listed, because they equal the cuts.
-    coarsest: Option<Vec<Vec<u32>>>,
+    pub(super) coarsest: Option<Vec<Vec<u32>>>,
 }
 
 impl Changes {
@@ -48,11 +48,6 @@ impl Changes {
     pub(crate) fn begin_first(&mut self, scene: &Scene) {
         let coarsest = scene.tables().map(|table| table.coarsest_units.clone());
         self.coarsest = Some(coarsest.collect());
-    }
-
-    /// The coarsest units of all meshes, after a first frame.
-    pub(crate) fn coarsest_units(&self) -> Option<&[Vec<u32>]> {
-        self.coarsest.as_deref()
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = Change<'_>> {

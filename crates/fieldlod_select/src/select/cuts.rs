@@ -4,13 +4,12 @@ use super::changes::{Change, Changes};
 use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
 use super::limits::columns::LimitColumns;
-use super::limits::keep_test::Near;
 use super::memory::{InstanceMemory, InstanceState};
 use super::motion::Odometer;
+use crate::hidden::OcclusionBuffer;
 use crate::hidden::held_shares::LevelShare;
-use crate::hidden::visible_shares::VisibleShares;
 use crate::lanes::bits::{CHUNK, LANES};
-use crate::scene::table::unit_of_level;
+use crate::scene::table::level_unit;
 use crate::scene::{InstanceId, Scene};
 
 /// Counters of the last selection.
@@ -32,7 +31,9 @@ pub(crate) struct SceneCuts {
     pub(crate) odometer: Odometer,
     /// Reused buffer: one bit per group, the result of a hold test.
     pub(super) own_throughout: Vec<u64>,
-    pub(crate) visible: VisibleShares,
+    /// The depth image of visible flux, and a reused buffer for the visible shares of the groups of one instance.
+    pub(crate) depth_image: Option<OcclusionBuffer>,
+    pub(super) group_shares: Vec<u8>,
     /// Visible shares of meshes that are drawn as a whole, by slot; empty without visible flux.
     pub(super) level_shares: Vec<LevelShare>,
     /// Whether a visible share is held above its current value. A later frame may lower it even without other changes.
@@ -55,16 +56,15 @@ impl SceneCuts {
             return;
         }
         self.has_unsettled_shares = false;
-        let count = match &frame.settings.visible_flux {
-            Some(flux) => {
-                self.visible.draw(frame.scene, frame.view, flux);
-                self.memories.len()
+        let flux = frame.settings.visible_flux.as_ref();
+        if let Some(flux) = flux {
+            let (scene, view, triangles) = (frame.scene, frame.view, flux.occluder_triangles);
+            match &mut self.depth_image {
+                Some(image) => image.update(scene, view, triangles),
+                None => self.depth_image = Some(OcclusionBuffer::new(scene, view, triangles)),
             }
-            None => {
-                self.visible.clear();
-                0
-            }
-        };
+        }
+        let count = flux.map_or(0, |_| self.memories.len());
         self.level_shares.resize(count, LevelShare::default());
     }
 
@@ -74,10 +74,9 @@ impl SceneCuts {
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for element in 0..self.limits.chunks.len() {
             let looked = test.look(&columns.chunks[element], &self.limits.chunks[element]);
-            for lane in looked.into_iter().flat_map(|looked| looked.near()) {
-                let chunk = element * LANES + lane;
-                if chunk < chunk_count {
-                    self.decide_near_in(frame, chunk);
+            for near in looked.iter().flat_map(|looked| looked.near(element)) {
+                if near.slot < chunk_count {
+                    self.decide_near_in(frame, near.slot);
                 }
             }
         }
@@ -89,19 +88,9 @@ impl SceneCuts {
         let end = self.limits.instances.len().min(first + CHUNK / LANES);
         self.limits.refit(chunk);
         for element in first..end {
-            let (spheres, limits) = (&columns.spheres[element], &self.limits.instances[element]);
-            let Some(looked) = test.look(spheres, limits) else {
-                continue;
-            };
-            let allowed = looked.allowed();
-            for lane in looked.near() {
-                let slot = element * LANES + lane;
-                if slot < self.memories.len() {
-                    let near = Near {
-                        slot,
-                        is_dark: looked.dark >> lane & 1 == 1,
-                        allowed: allowed[lane],
-                    };
+            let looked = test.look(&columns.spheres[element], &self.limits.instances[element]);
+            for near in looked.iter().flat_map(|looked| looked.near(element)) {
+                if near.slot < self.memories.len() {
                     self.decide(frame, &near);
                 }
             }
@@ -125,20 +114,20 @@ impl SceneCuts {
         self.changes.record(instance, before, now);
         self.triangle_count = self.triangle_count + triangles - triangles_before;
         if let InstanceState::Mixed(key) = was {
-            self.pool.free(key);
+            self.pool.free.push(key);
         }
     }
 
     /// Changes of the last selection. After the first frame, these are the cuts of all instances.
     pub(crate) fn changes(&self) -> impl Iterator<Item = Change<'_>> {
-        let coarsest = self.changes.coarsest_units();
+        let coarsest = self.changes.coarsest.as_deref();
         let memories = coarsest.map_or(&[][..], |_| &self.memories);
         let entered = memories.iter().map(move |memory| Change {
             instance: memory.instance,
             entered: match memory.state {
                 InstanceState::Empty => &[],
                 InstanceState::Coarsest(mesh) => coarsest.map_or(&[], |of| &of[mesh.index()]),
-                InstanceState::AtLevel(_, level) => unit_of_level(usize::from(level)),
+                InstanceState::AtLevel(_, level) => level_unit(usize::from(level)),
                 InstanceState::Mixed(key) => self.pool.at(key).drawn().0,
             },
             left: &[],
@@ -165,17 +154,5 @@ impl SceneCuts {
             InstanceState::Mixed(key) => Some(self.pool.at(key)),
             _ => None,
         }
-    }
-
-    /// Removes all cuts.
-    pub(crate) fn clear(&mut self) {
-        self.memories.clear();
-        self.limits.clear();
-        self.pool.clear();
-        self.changes.clear();
-        self.visible.clear();
-        self.level_shares.clear();
-        self.has_unsettled_shares = false;
-        self.triangle_count = 0;
     }
 }

@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 
 use wide::f32x8;
 
-use super::bounds_test::{BoundsTest, ViewBounds};
+use super::bounds_test::BoundsTest;
 use crate::criterion::{Criterion, Drift};
 use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
@@ -26,15 +26,12 @@ pub fn refine(
     was_refined: &[u64],
     refined: &mut Vec<u64>,
 ) {
-    let bounds = ViewBounds::new(&instance.camera, &instance.kept_camera, settings);
-    let decision = Decision::new(instance, &bounds, settings, 1.0, Shares::FULL);
+    let decision = Decision::new(instance, settings, 1.0, Shares::FULL);
     decision.decide(table, was_refined, refined);
 }
 
 /// The decisions on one instance in one view.
 pub(crate) struct Decision<'a> {
-    instance: &'a InstanceView,
-    bounds: &'a ViewBounds,
     criterion: Criterion<'a, f32x8>,
     thresholds: Thresholds,
     shares: Shares<'a>,
@@ -50,14 +47,11 @@ impl<'a> Decision<'a> {
     /// The errors of the instance count `bias` times.
     pub(crate) fn new(
         instance: &'a InstanceView,
-        bounds: &'a ViewBounds,
         settings: &'a LodSettings,
         bias: f32,
         shares: Shares<'a>,
     ) -> Self {
         Self {
-            instance,
-            bounds,
             criterion: Criterion::new(instance, settings),
             thresholds: settings.thresholds(bias),
             shares,
@@ -117,27 +111,30 @@ impl<'a> Decision<'a> {
     /// all coarser groups are refined with it.
     pub(crate) fn level(&self, table: &GroupTable, was: usize) -> usize {
         let (refined, terminal) = (table.refined_at_level(was), table.terminal[0]);
-        let blocks = 0..table.group_count().div_ceil(LANES);
+        let blocks = 0..table.group_count.div_ceil(LANES);
         let first = |block| {
             let own = self.decide_block(table, block, block_bits(refined, block));
             let own = own | block_bits(terminal, block);
             (own != 0).then(|| block * LANES + own.trailing_zeros() as usize)
         };
-        let coarsest = table.group_count() - 1;
+        let coarsest = table.group_count - 1;
         blocks.into_iter().find_map(first).unwrap_or(coarsest)
     }
 
     fn bounds_test(&self, table: &GroupTable, may_leave: bool) -> &BoundsTest {
+        let (instance, settings) = (self.criterion.instance, self.criterion.settings);
         let (test, camera, threshold_px) = if may_leave {
             let threshold_px = self.thresholds.coarsen_below_px;
-            (&self.leaving, &self.bounds.leaving, threshold_px)
+            (&self.leaving, &instance.kept_camera, threshold_px)
         } else {
             let threshold_px = self.thresholds.refine_above_px;
-            (&self.entering, &self.bounds.entering, threshold_px)
+            (&self.entering, &instance.camera, threshold_px)
         };
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
-        test.get_or_init(|| BoundsTest::new(self.instance, size, camera, threshold_px, self.drift))
+        test.get_or_init(|| {
+            BoundsTest::new(instance, settings, size, camera, threshold_px, self.drift)
+        })
     }
 
     /// The bits of one block by the criterion.

@@ -2,6 +2,7 @@
 
 use wide::f32x8;
 
+use super::frame::Input;
 use super::instance_cut::InstanceCut;
 use crate::criterion::Criterion;
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
@@ -30,19 +31,16 @@ impl Selector {
     /// that are [loaded in parts](Scene::set_available). Groups that every cut refines are left out. `scene` must be
     /// the one that was selected from.
     pub fn demand(&self, scene: &Scene, mut visit: impl FnMut(GroupDemand)) {
-        let Some((cuts, view, settings)) = self.last_cuts() else {
+        let Some(Input { view, settings, .. }) = &self.last else {
             return;
         };
-        for (index, entry) in (0..).zip(&scene.entries) {
-            let (Some(mesh), Some(slot)) = (entry.mesh, entry.slot) else {
-                continue;
-            };
-            if scene.table(mesh).available.is_some()
-                && let Some(cut) = cuts.cut(slot as usize)
+        for (index, instance) in (0..).zip(&scene.instances) {
+            if let (Some(mesh), Some(slot)) = (instance.mesh, instance.slot)
+                && scene.table(mesh).available.is_some()
+                && let Some(cut) = self.cuts.cut(slot as usize)
             {
-                let generation = entry.generation;
-                let instance = InstanceId { index, generation };
-                visit_cut(scene, (view, settings), (mesh, instance), cut, &mut visit);
+                let id = scene.id_of(index);
+                visit_cut(scene, (view, settings), (mesh, id), cut, &mut visit);
             }
         }
     }
@@ -60,10 +58,10 @@ fn visit_cut(
     let placed = &scene.instances[instance.index()];
     let view = InstanceView::new(view, &placed.world_from_local);
     let criterion = Criterion::<f32x8>::new(&view, settings);
-    let shares = cut.shares().shares(settings);
-    for block in 0..table.group_count().div_ceil(LANES) {
+    let shares = cut.shares.shares(settings);
+    for block in 0..table.group_count.div_ceil(LANES) {
         let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
-        let refined = bits(cut.refined());
+        let refined = bits(&cut.refined);
         let needed = refined & !bits(&table.coarsest_refined);
         let missing = needed & !table.available.as_deref().map_or(0xff, bits);
         // Errors are computed only if some groups are missing.

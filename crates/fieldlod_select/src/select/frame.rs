@@ -1,6 +1,5 @@
 //! The input of a frame, and the tests made from it.
 
-use super::bounds_test::ViewBounds;
 use super::limits::keep_test::KeepTest;
 use crate::criterion::limits::ErrorUnits;
 use crate::scene::Scene;
@@ -14,14 +13,13 @@ pub(crate) struct Frame<'a> {
     pub(crate) view: &'a View,
     pub(crate) settings: &'a LodSettings,
     pub(super) input: &'a Input,
-    /// Input of the last selection.
+    /// Input of the last selection; `None` in a first frame.
     pub(super) last: Option<Input>,
     /// Whether another selection of the same frame has updated the visible shares.
     pub(crate) are_shares_known: bool,
     /// Weights of errors and deviations.
     pub(super) units: ErrorUnits,
     pub(super) test: KeepTest,
-    pub(super) bounds: ViewBounds,
 }
 
 impl<'a> Frame<'a> {
@@ -41,24 +39,23 @@ impl<'a> Frame<'a> {
             are_shares_known,
             units: ErrorUnits::new(&view.camera, settings),
             test: KeepTest::new(view, settings),
-            bounds: ViewBounds::new(&view.camera, &view.kept_camera, settings),
         }
-    }
-
-    /// Whether nothing was selected before.
-    pub(crate) fn is_first(&self) -> bool {
-        self.last.is_none()
     }
 
     /// Whether instances may keep their states. After other changes each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
-            let settings = &input.settings;
-            let hides = settings.visible_flux.is_some();
-            (input.view.layers, settings.forced_level, hides)
+            let hides = input.settings.visible_flux.is_some();
+            let forced_level = input.settings.forced_level;
+            (
+                input.view.layers,
+                forced_level,
+                hides,
+                input.available_revision,
+            )
         };
         let last = self.last.as_ref();
-        last.is_none_or(|last| of(last) == of(self.input) && last.has_same_groups(self.input))
+        last.is_none_or(|last| of(last) == of(self.input))
     }
 
     /// Whether limits in the units of the last selection are valid.
@@ -94,11 +91,7 @@ impl Input {
             eye_in_world: last.view.eye_in_world,
             ..self.view
         };
-        view == last.view && self.settings == last.settings && self.has_same_groups(last)
-    }
-
-    /// Whether the same groups are available.
-    fn has_same_groups(&self, last: &Self) -> bool {
-        self.available_revision == last.available_revision
+        let is_same = self.available_revision == last.available_revision;
+        is_same && view == last.view && self.settings == last.settings
     }
 }

@@ -1,7 +1,7 @@
 //! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
 use super::motion::Hold;
-use crate::hidden::held_shares::{SeenShares, ShareMemory};
+use crate::hidden::held_shares::ShareMemory;
 use crate::scene::table::GroupTable;
 
 #[derive(Debug, Default)]
@@ -10,15 +10,17 @@ pub(crate) struct InstanceCut {
     own: Vec<u64>,
     own_before: Vec<u64>,
     /// The groups of `own`, and all groups that must be refined with them.
-    refined: Vec<u64>,
+    pub(super) refined: Vec<u64>,
     refined_before: Vec<u64>,
     /// The refined groups that are available. Used only if some groups are not available.
     drawn: Vec<u64>,
     available_revision: u32,
     units: Vec<u32>,
-    units_before: Vec<u32>,
+    /// The units that were drawn before the drawn units last changed.
+    pub(super) units_before: Vec<u32>,
     triangle_count: u64,
-    shares: ShareMemory,
+    /// The visible shares of the groups.
+    pub(super) shares: ShareMemory,
     /// How far the camera may move before the cut must be tested again.
     pub(crate) hold: Option<Hold>,
 }
@@ -87,29 +89,6 @@ impl InstanceCut {
         self.triangle_count = table.gather_units(refined, &mut self.units);
     }
 
-    /// Updates the visible shares of the groups; `None` without visible flux.
-    pub(crate) fn update_shares(&mut self, seen: Option<SeenShares>, hold_frames: u8) {
-        match seen {
-            None => self.shares.clear(),
-            Some(seen) if self.shares.is_empty() => self.shares.begin(self.refined.len(), &seen),
-            Some(seen) => self.shares.update(&seen, &self.refined, hold_frames),
-        }
-    }
-
-    /// Whether only terminal groups are refined.
-    pub(crate) fn is_coarsest(&self, table: &GroupTable) -> bool {
-        self.refined == table.coarsest_refined
-    }
-
-    /// The visible shares of the groups.
-    pub(crate) fn shares(&self) -> &ShareMemory {
-        &self.shares
-    }
-
-    pub(crate) fn refined(&self) -> &[u64] {
-        &self.refined
-    }
-
     /// Returns `true` if the cut stays the same with the decisions `own`. Groups of the stored `own` still exceed their
     /// thresholds. Groups outside `refined` do not.
     pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
@@ -123,18 +102,14 @@ impl InstanceCut {
     pub(crate) fn drawn(&self) -> (&[u32], u64) {
         (&self.units, self.triangle_count)
     }
-
-    /// The units that were drawn before the drawn units last changed.
-    pub(crate) fn drawn_before(&self) -> &[u32] {
-        &self.units_before
-    }
 }
 
 /// Cuts by key, and the free keys.
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     cuts: Vec<InstanceCut>,
-    free: Vec<u32>,
+    /// Other cuts reuse their storage.
+    pub(super) free: Vec<u32>,
 }
 
 impl Pool {
@@ -152,16 +127,5 @@ impl Pool {
 
     pub(crate) fn at_mut(&mut self, key: u32) -> &mut InstanceCut {
         &mut self.cuts[key as usize]
-    }
-
-    /// Frees a key. Another cut reuses its storage.
-    pub(crate) fn free(&mut self, key: u32) {
-        self.free.push(key);
-    }
-
-    /// Frees all keys.
-    pub(crate) fn clear(&mut self) {
-        self.free.clear();
-        self.free.extend(0..self.cuts.len() as u32);
     }
 }

@@ -11,14 +11,6 @@ pub(crate) struct InstanceMemory {
     pub(crate) state: InstanceState,
 }
 
-impl InstanceMemory {
-    /// The memory of a slot that was not selected yet.
-    pub(crate) const NONE: Self = Self {
-        instance: InstanceId::NONE,
-        state: InstanceState::Empty,
-    };
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InstanceState {
     /// The instance was not selected yet, was removed, or is on other layers: nothing is drawn.
@@ -32,11 +24,6 @@ pub(crate) enum InstanceState {
 }
 
 impl InstanceState {
-    /// The state of an instance whose mesh the view draws, or does not draw.
-    pub(crate) fn coarsest(seen: Option<MeshId>) -> Self {
-        seen.map_or(Self::Empty, Self::Coarsest)
-    }
-
     /// The mesh drawn without a cut of its own.
     pub(crate) fn mesh(self) -> Option<MeshId> {
         match self {

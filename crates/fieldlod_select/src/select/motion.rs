@@ -24,7 +24,7 @@ pub(crate) struct Odometer {
     /// Counts frames that changed more than the camera's pose.
     epoch: u64,
     /// The motion for which cuts are tested; `None` if more than the pose has changed.
-    ahead: Option<Motion>,
+    pub(crate) ahead: Option<Motion>,
 }
 
 /// The end of the motion within which a cut holds.
@@ -51,11 +51,6 @@ impl Odometer {
             }
             None => self.epoch += 1,
         }
-    }
-
-    /// The motion for which cuts are tested.
-    pub(crate) fn ahead(&self) -> Option<Motion> {
-        self.ahead
     }
 
     /// The hold of a cut that passes the test for `ahead`.

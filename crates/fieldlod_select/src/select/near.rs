@@ -7,15 +7,13 @@ use super::limits::keep_test::Near;
 use super::memory::InstanceState;
 use crate::hidden::shares::{HIDDEN, Shares, share_of_step};
 use crate::scene::table::GroupTable;
-use crate::scene::{Instance, MeshId};
+use crate::scene::{Instance, InstanceId, MeshId};
 use crate::view::InstanceView;
 
 /// A near instance that the criterion decides.
 struct Candidate<'a> {
     near: &'a Near,
-    slot: usize,
-    /// Index of the instance.
-    index: u32,
+    id: InstanceId,
     placed: &'a Instance,
     mesh: MeshId,
     table: &'a GroupTable,
@@ -41,8 +39,7 @@ impl SceneCuts {
         }
         let candidate = Candidate {
             near,
-            slot,
-            index: occupant.id.index,
+            id: occupant.id,
             placed: &scene.instances[occupant.id.index()],
             mesh,
             table: scene.table(mesh),
@@ -64,10 +61,10 @@ impl SceneCuts {
     /// Decides the level of a mesh that is drawn as a whole.
     fn decide_level(&mut self, frame: &Frame, candidate: &Candidate) {
         let table = candidate.table;
-        let coarsest = table.group_count() - 1;
+        let coarsest = table.group_count - 1;
         let was = match candidate.was {
             InstanceState::AtLevel(_, level) => usize::from(level),
-            InstanceState::Mixed(key) => self.pool.at(key).refined()[0].trailing_zeros() as usize,
+            InstanceState::Mixed(key) => self.pool.at(key).refined[0].trailing_zeros() as usize,
             _ => coarsest,
         };
         let level = match frame.settings.forced_level {
@@ -82,7 +79,7 @@ impl SceneCuts {
             true => InstanceState::Coarsest(candidate.mesh),
             false => InstanceState::AtLevel(candidate.mesh, level as u8),
         };
-        self.draw_whole(frame, candidate.slot, state);
+        self.draw_whole(frame, candidate.near.slot, state);
     }
 
     /// The level by bounds over the whole instance; `None` if the bounds are not decisive.
@@ -90,11 +87,11 @@ impl SceneCuts {
         let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
             Some(flux) => {
-                let steps = self.level_shares[candidate.slot].now_and_held();
+                let steps = self.level_shares[candidate.near.slot].now_and_held();
                 steps.map(|step| share_of_step(step, flux.least_share).sqrt())
             }
         };
-        let scale = frame.scene.columns.error_scales[candidate.slot];
+        let scale = frame.scene.columns.error_scales[candidate.near.slot];
         let (errors, allowed) = (&candidate.table.level_errors, &candidate.near.allowed);
         errors.certain_level(&frame.units, was, allowed, [scale, weight])
     }
@@ -104,25 +101,29 @@ impl SceneCuts {
         let steps;
         let shares = match &frame.settings.visible_flux {
             Some(flux) => {
-                steps = self.level_shares[candidate.slot].steps(was);
-                Shares::new(&steps, flux.least_share)
+                steps = self.level_shares[candidate.near.slot].steps(was);
+                Shares {
+                    steps: &steps,
+                    least: flux.least_share,
+                }
             }
             None => Shares::FULL,
         };
         let placed = candidate.placed;
         let view = InstanceView::new(frame.view, &placed.world_from_local);
-        let decision = Decision::new(&view, &frame.bounds, frame.settings, placed.bias, shares);
+        let decision = Decision::new(&view, frame.settings, placed.bias, shares);
         decision.level(candidate.table, was)
     }
 
     /// Updates the visible share of a mesh that is drawn as a whole.
     fn see_level(&mut self, frame: &Frame, candidate: &Candidate, is_refined: bool) {
-        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
+        let flux = frame.settings.visible_flux.as_ref();
+        let Some((flux, image)) = flux.zip(self.depth_image.as_ref()) else {
             return;
         };
-        let share = &mut self.level_shares[candidate.slot];
+        let share = &mut self.level_shares[candidate.near.slot];
         if !(frame.are_shares_known && is_refined) {
-            let now = buffer.share_of_all(candidate.table, candidate.index, candidate.placed);
+            let now = image.share_of_all(candidate.table, candidate.id, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
         }
         self.has_unsettled_shares |= !share.is_settled();
@@ -130,8 +131,8 @@ impl SceneCuts {
 
     /// Whether an instance at its coarsest level stays there because of its visible share.
     fn stays_hidden(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
-        let &Candidate { slot, table, .. } = candidate;
-        let Some((flux, buffer)) = self.visible.of(frame.settings) else {
+        let flux = frame.settings.visible_flux.as_ref();
+        let Some((flux, image)) = flux.zip(self.depth_image.as_ref()) else {
             return false;
         };
         let is_coarsest = matches!(
@@ -139,14 +140,18 @@ impl SceneCuts {
             InstanceState::Empty | InstanceState::Coarsest(_)
         );
         let share = match is_coarsest {
-            true => buffer.share_of_all(table, candidate.index, candidate.placed),
+            true => image.share_of_all(candidate.table, candidate.id, candidate.placed),
             false => None,
         };
         let stays = share.is_some_and(|step| {
             candidate.fits_coarsest(frame, share_of_step(step, flux.least_share))
         });
         if stays {
-            self.draw_whole(frame, slot, InstanceState::Coarsest(candidate.mesh));
+            self.draw_whole(
+                frame,
+                candidate.near.slot,
+                InstanceState::Coarsest(candidate.mesh),
+            );
         }
         stays
     }
@@ -169,7 +174,7 @@ impl SceneCuts {
         };
         let settings = frame.settings;
         let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
-        let ahead = self.odometer.ahead().filter(|_| may_hold);
+        let ahead = self.odometer.ahead.filter(|_| may_hold);
         let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
         let (Some(ahead), Some(drift)) = (ahead, drift) else {
             return false;
@@ -180,9 +185,9 @@ impl SceneCuts {
             return false;
         }
         let cut = self.pool.at_mut(key);
-        let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, Shares::FULL);
+        let decision = Decision::new(&view, settings, placed.bias, Shares::FULL);
         let decision = decision.throughout(drift);
-        decision.decide(table, cut.refined(), &mut self.own_throughout);
+        decision.decide(table, &cut.refined, &mut self.own_throughout);
         let is_same = cut.is_same_for(&self.own_throughout);
         cut.hold = is_same.then(|| self.odometer.hold(ahead));
         is_same
@@ -194,23 +199,28 @@ impl SceneCuts {
             return;
         }
         let &Candidate {
-            slot,
-            index,
+            near,
+            id,
             placed,
             table,
             ..
         } = candidate;
-        let settings = frame.settings;
+        let (slot, settings) = (near.slot, frame.settings);
         let key = self.key_of_cut(frame, candidate);
         let cut = self.pool.at_mut(key);
         let (_, triangles_before) = cut.drawn();
         let is_mixed = matches!(candidate.was, InstanceState::Mixed(_));
         if !(frame.are_shares_known && is_mixed) {
-            let flux = settings.visible_flux;
-            let seen = flux.map(|_| self.visible.seen(table, index, placed));
-            cut.update_shares(seen, flux.map_or(0, |flux| flux.hold_frames));
+            match settings.visible_flux.zip(self.depth_image.as_ref()) {
+                Some((flux, image)) => {
+                    let of_all = image.shares(table, id, placed, &mut self.group_shares);
+                    let seen = (of_all, &self.group_shares[..]);
+                    cut.shares.update(seen, &cut.refined, flux.hold_frames);
+                }
+                None => cut.shares.clear(),
+            }
         }
-        self.has_unsettled_shares |= !cut.shares().is_settled();
+        self.has_unsettled_shares |= !cut.shares.is_settled;
         // Decide the groups, then record the changes.
         let has_changed = cut.decide(table, |shares, was_refined, refined| {
             if let Some(level) = settings.forced_level {
@@ -218,19 +228,18 @@ impl SceneCuts {
             }
             let view = InstanceView::new(frame.view, &placed.world_from_local);
             let shares = shares.shares(settings);
-            let decision = Decision::new(&view, &frame.bounds, settings, placed.bias, shares);
+            let decision = Decision::new(&view, settings, placed.bias, shares);
             decision.decide(table, was_refined, refined);
         });
         if has_changed {
             let (now, triangles) = cut.drawn();
-            let instance = self.memories[slot].instance;
-            self.changes.record(instance, cut.drawn_before(), now);
+            self.changes.record(id, &cut.units_before, now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
         // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.
         let may_rest = settings.forced_level.is_none()
             && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
-        let is_coarsest = may_rest && cut.is_coarsest(table);
+        let is_coarsest = may_rest && cut.refined == table.coarsest_refined;
         self.memories[slot].state = InstanceState::Mixed(key);
         let state = match is_coarsest {
             true => InstanceState::Coarsest(candidate.mesh),
@@ -258,7 +267,7 @@ impl Candidate<'_> {
     fn fits_coarsest(&self, frame: &Frame, share: f32) -> bool {
         let errors = &self.table.level_errors;
         let limits = errors.limits(errors.coarsest(), &frame.units.hidden_to(share));
-        let limits = limits.scaled(frame.scene.columns.error_scales[self.slot]);
+        let limits = limits.scaled(frame.scene.columns.error_scales[self.near.slot]);
         limits.highest <= self.near.allowed.coarse[0]
     }
 }

@@ -1,40 +1,9 @@
 //! The sides of a view as planes: how far inside or outside the view a point is.
 
 use camera_field::Camera;
-use glam::{Mat3, Vec3};
+use glam::Vec3;
 
 use crate::lanes::{Lane, V3};
-
-/// The four sides of a view, as planes whose unit normals point inward.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sides<L> {
-    inward: [V3<L>; 4],
-    /// How far inside each side the origin is.
-    offset: [L; 4],
-}
-
-impl<L: Lane> Sides<L> {
-    /// The sides of a view in a space from which points come to camera space by a linear map and a translation;
-    /// distances stay in camera units, and grow by `slack`.
-    pub(crate) fn new(planes: &Planes, linear: &Mat3, translation: Vec3, slack: f32) -> Self {
-        let transposed = linear.transpose();
-        Self {
-            inward: planes.map(|(inward, _)| V3::splat(transposed * inward)),
-            offset: planes
-                .map(|(inward, offset)| L::splat(inward.dot(translation) + offset + slack)),
-        }
-    }
-
-    /// Whether a sphere lies wholly beyond one of the sides.
-    #[inline]
-    pub(crate) fn exclude(&self, center: V3<L>, radius: L) -> L::Mask {
-        let beyond = |side: usize| {
-            let inside_by = center.dot(self.inward[side]) + (self.offset[side] + radius);
-            inside_by.is_below(L::zero())
-        };
-        beyond(0) | beyond(1) | beyond(2) | beyond(3)
-    }
-}
 
 /// The sides of a view in camera space. The distance inside each is a sum of `x` or `y` and of `z` or 1, with these
 /// factors.
@@ -69,10 +38,7 @@ impl LensSides {
 }
 
 /// The sides of a view in camera space: unit normals that point inward, and how far inside each the origin is.
-pub(crate) type Planes = [(Vec3, f32); 4];
-
-/// The sides of a camera.
-pub(crate) fn planes_in_camera(camera: &Camera) -> Planes {
+pub(crate) fn planes_in_camera(camera: &Camera) -> [(Vec3, f32); 4] {
     match camera {
         Camera::Perspective(camera) => {
             let side = |across: Vec3, slope: f32| {

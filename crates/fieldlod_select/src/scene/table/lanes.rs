@@ -21,20 +21,16 @@ pub(super) fn vectors_of<T>(
     elements: usize,
     value: impl Fn(&T) -> Vec3,
 ) -> Vec<V3<f32x8>> {
-    let [x, y, z] = std::array::from_fn(|axis| lanes_of(items, elements, |item| value(item)[axis]));
+    let at = |index: usize| items.get(index).map_or(Vec3::ZERO, &value);
     (0..elements)
-        .map(|element| V3 {
-            x: x[element],
-            y: y[element],
-            z: z[element],
-        })
+        .map(|element| V3::from_lanes(|lane| at(element * LANES + lane)))
         .collect()
 }
 
 /// Spheres and errors.
 #[derive(Clone, Debug)]
 pub(crate) struct BoundsLanes {
-    center: Vec<V3<f32x8>>,
+    pub(crate) center: Vec<V3<f32x8>>,
     pub(crate) radius: Vec<f32x8>,
     /// `e √W` with the largest weight `W` of any direction.
     pub(crate) error_weighed: Vec<f32x8>,
@@ -50,10 +46,5 @@ impl BoundsLanes {
             error_weighed: lanes_of(&items, elements, |item| item.error_weighed),
             deviation: lanes_of(&items, elements, |item| item.deviation),
         }
-    }
-
-    #[inline]
-    pub(crate) fn center(&self, element: usize) -> V3<f32x8> {
-        self.center[element]
     }
 }

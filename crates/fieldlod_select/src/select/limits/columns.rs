@@ -43,11 +43,8 @@ impl LimitColumns {
 
     pub(crate) fn set(&mut self, slot: usize, limits: Limits) {
         self.instances[slot / LANES].set(slot % LANES, limits);
-        self.end_chunk(slot / CHUNK);
-    }
-
-    /// Makes the next pass test a chunk instance by instance.
-    fn end_chunk(&mut self, chunk: usize) {
+        // The next pass tests the chunk instance by instance.
+        let chunk = slot / CHUNK;
         self.chunks[chunk / LANES].set(chunk % LANES, Limits::UNKNOWN);
     }
 
@@ -74,10 +71,5 @@ impl LimitColumns {
             _ => Limits::UNKNOWN,
         };
         self.chunks[chunk / LANES].set(chunk % LANES, limits);
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.instances.clear();
-        self.chunks.clear();
     }
 }

@@ -38,8 +38,6 @@ pub(crate) struct KeepTest {
     eye_slack: f32,
     camera_from_world: Mat3,
     is_orthographic: bool,
-    /// False for a view that scales and for negative thresholds: then no instance passes.
-    is_usable: bool,
     /// Sides of the view that groups enter, and of the wider view that refined groups leave.
     sides: [LensSides; 2],
     /// Cosines of the widest corners of both views.
@@ -95,32 +93,21 @@ pub(crate) struct Looked {
     /// Bits of the instances that keep their cuts.
     kept: u32,
     /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
-    pub(crate) dark: u32,
-    allowed: Allowed<f32x8>,
+    dark: u32,
+    allowed: Allowed<[f32; LANES]>,
 }
 
 impl Looked {
-    const UNKNOWN: Self = Self {
-        kept: 0,
-        dark: 0,
-        allowed: Allowed {
-            coarse: [f32x8::new([f32::NAN; LANES]); 2],
-            fine: [f32x8::new([f32::NAN; LANES]); 2],
-        },
-    };
-
-    /// Lanes of the instances whose cuts may change.
-    pub(crate) fn near(&self) -> impl Iterator<Item = usize> + use<> {
-        set_bits_of(!self.kept & 0xff)
-    }
-
-    /// The allowed errors of each instance.
-    pub(crate) fn allowed(&self) -> [Allowed<f32>; LANES] {
-        let [coarse, fine] = [self.allowed.coarse, self.allowed.fine];
-        let (coarse, fine) = (coarse.map(f32x8::to_array), fine.map(f32x8::to_array));
-        std::array::from_fn(|lane| Allowed {
-            coarse: coarse.map(|of_eight| of_eight[lane]),
-            fine: fine.map(|of_eight| of_eight[lane]),
+    /// The instances whose cuts may change. `element` is the place of the eight instances in their column.
+    pub(crate) fn near(&self, element: usize) -> impl Iterator<Item = Near> + '_ {
+        let Allowed { coarse, fine } = &self.allowed;
+        set_bits_of(!self.kept & 0xff).map(move |lane| Near {
+            slot: element * LANES + lane,
+            is_dark: self.dark >> lane & 1 == 1,
+            allowed: Allowed {
+                coarse: [coarse[0][lane], coarse[1][lane]],
+                fine: [fine[0][lane], fine[1][lane]],
+            },
         })
     }
 }
@@ -132,13 +119,18 @@ impl KeepTest {
         let units = ErrorUnits::new(&view.camera, settings);
         let counts_error = units.error > 0.0;
         let is_orthographic = matches!(view.camera, Camera::Orthographic(_));
-        let px = px_per_unit(&view.camera);
+        // NaN for a view that scales and for negative thresholds: then no instance passes.
+        let unit = view.camera_from_world.x_axis.length();
+        let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
+        let one = match is_rigid && thresholds.coarsen_below_px >= 0.0 {
+            true => 1.0,
+            false => f32::NAN,
+        };
+        let px = px_per_unit(&view.camera) * one;
         let per_unit = match counts_error {
             true => (px.x * px.y).sqrt(),
             false => px.max_element(),
         };
-        let unit = view.camera_from_world.x_axis.length();
-        let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
         let on_axis = match settings.advanced.offscreen {
             Offscreen::Coarsest => None,
             Offscreen::OnAxis { bias } => Some(Scale::new(&thresholds, per_unit * bias.abs())),
@@ -146,9 +138,8 @@ impl KeepTest {
         Self {
             eye: view.eye_in_world,
             eye_slack: (view.eye_in_world.abs().element_sum()) * POSITION_SLACK,
-            camera_from_world: view.camera_from_world,
+            camera_from_world: view.camera_from_world * one,
             is_orthographic,
-            is_usable: is_rigid && thresholds.coarsen_below_px >= 0.0,
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
             least_cosines: [&view.camera, &view.kept_camera]
                 .map(|camera| 1.0 / corner_secant(camera)),
@@ -165,9 +156,6 @@ impl KeepTest {
     pub(crate) fn look(&self, spheres: &EightSpheres, limits: &EightLimits) -> Option<Looked> {
         let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
         let is_still = highest.is_below(f32x8::zero());
-        if !self.is_usable {
-            return Some(Looked::UNKNOWN);
-        }
         // Most instances are outside the view.
         let sighted = self.sight(spheres.center(), spheres.radius());
         let is_coarsest = f32x8::infinity().is_at_most(lowest);
@@ -193,10 +181,14 @@ impl KeepTest {
             },
             allowed: Allowed {
                 coarse: [
-                    entering,
-                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark),
+                    entering.to_array(),
+                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark)
+                        .to_array(),
                 ],
-                fine: [self.fine(0, &sighted, &bounds, dark), leaving],
+                fine: [
+                    self.fine(0, &sighted, &bounds, dark).to_array(),
+                    leaving.to_array(),
+                ],
             },
         })
     }
@@ -205,7 +197,7 @@ impl KeepTest {
     /// edge meanwhile, or if that is not known.
     pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
         // Relaxed thresholds and single samples are not bounded.
-        if !self.is_usable || self.least_relaxation != 1.0 {
+        if self.least_relaxation != 1.0 {
             return None;
         }
         let sighted = self.sight(V3::splat(sphere.center), sphere.radius);

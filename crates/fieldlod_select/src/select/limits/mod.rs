@@ -5,6 +5,7 @@ pub(crate) mod keep_test;
 
 use crate::criterion::limits::Limits;
 use crate::hidden::held_shares::LevelShare;
+use crate::scene::InstanceId;
 use crate::select::cuts::SceneCuts;
 use crate::select::frame::Frame;
 use crate::select::memory::{InstanceMemory, InstanceState};
@@ -17,10 +18,14 @@ impl SceneCuts {
         self.limits.resize(count);
         let changed = journal.since(self.journal_revision);
         self.journal_revision = journal.revision();
-        if frame.is_first() {
+        if frame.last.is_none() {
             return self.enter_all(frame);
         }
-        self.memories.resize(count, InstanceMemory::NONE);
+        let nothing = InstanceMemory {
+            instance: InstanceId::NONE,
+            state: InstanceState::Empty,
+        };
+        self.memories.resize(count, nothing);
         let keeps_states = frame.keeps_states();
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
@@ -41,7 +46,7 @@ impl SceneCuts {
         let (mut last_seen, mut limits, mut triangles) = (None, Limits::EMPTY, 0);
         for (slot, occupant) in columns.occupants.iter().enumerate() {
             let seen = occupant.seen_mesh(frame.view.layers);
-            let state = InstanceState::coarsest(seen);
+            let state = seen.map_or(InstanceState::Empty, InstanceState::Coarsest);
             if seen != last_seen {
                 last_seen = seen;
                 limits = state.limits_in_local(frame);

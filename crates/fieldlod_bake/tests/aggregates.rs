@@ -360,3 +360,18 @@ fn components(triangles: &[[u32; 3]], vertex_count: usize) -> Vec<Vec<u32>> {
     }
     found.into_values().collect()
 }
+
+/// Parts of a machine are simplified as surfaces. Their error is not that of flattened leaves, which is 0.3 of the radius.
+#[test]
+fn error_of_round_parts_is_small() {
+    let parts = (0..40u32).map(|part| {
+        let mut ball = fixtures::icosphere(2);
+        let at = Vec3::new((part % 4) as f32, (part / 4 % 4) as f32, (part / 16) as f32);
+        ball.positions.iter_mut().for_each(|p| *p += at * 3.0);
+        ball
+    });
+    let hierarchy = bake(&fixtures::joined(&parts.collect::<Vec<_>>()));
+    let errors = hierarchy.groups.iter().filter(|group| group.level == 0);
+    let greatest = errors.map(|group| group.error_in_local).fold(0.0, f32::max);
+    assert!(greatest > 0.0 && greatest < 0.1, "{greatest}");
+}

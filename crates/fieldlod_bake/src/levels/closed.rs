@@ -1,13 +1,58 @@
-//! Rejects simplifications that open a closed surface.
+//! Undoes simplifications that open a closed surface.
 
 use rustc_hash::FxHashMap;
 
 use crate::levels::simplify::{Simplified, Task};
+use crate::mesh::components::components_of;
 use crate::mesh::edges::Links;
 
 impl Task<'_> {
+    /// Restores the components whose surface a simplification opens: one of them must not block a group of many parts.
+    /// Returns `None` if more than the share `ratio` of the triangles is left.
+    pub(crate) fn restore_opened(
+        &self,
+        mut simplified: Simplified,
+        ratio: f32,
+    ) -> Option<Simplified> {
+        let mut is_opened = vec![false; self.piece.vertices.len()];
+        let opened = self.opened_positions(&simplified).into_iter();
+        opened.for_each(|first| is_opened[first as usize] = true);
+        let components = components_of(
+            &self.piece.corners,
+            &self.piece.positions,
+            &self.same_position,
+            &self.is_locked,
+        );
+        let mut is_restored = vec![false; self.piece.vertices.len()];
+        let mut corners = Vec::new();
+        for component in &components {
+            let mut firsts = component
+                .corners()
+                .map(|own| self.same_position[own as usize]);
+            if firsts.any(|first| is_opened[first as usize]) {
+                let own = component.corners();
+                own.for_each(|own| is_restored[own as usize] = true);
+                corners.extend(component.corners());
+                self.restore(&mut simplified, component);
+            }
+        }
+        let simplified_triangles = simplified.corners.as_chunks::<3>().0.iter();
+        let others = simplified_triangles.filter(|[own, ..]| !is_restored[*own as usize]);
+        corners.extend(others.flatten());
+        simplified.corners = corners;
+        let has_progress =
+            simplified.corners.len() as f32 <= self.piece.corners.len() as f32 * ratio;
+        (has_progress && self.opens_no_edge(&simplified)).then_some(simplified)
+    }
+
     /// Whether open edges change only on borders of the source, and not on borders that other groups share.
     pub(crate) fn opens_no_edge(&self, simplified: &Simplified) -> bool {
+        self.opened_positions(simplified).is_empty()
+    }
+
+    /// The first own vertex at each position where open edges change other than on borders of the source, or on borders
+    /// that other groups share.
+    fn opened_positions(&self, simplified: &Simplified) -> Vec<u32> {
         let welded = |&own: &u32| self.same_position[own as usize];
         let is_border = |own: u32| {
             let vertex = self.piece.vertices[own as usize];
@@ -18,17 +63,19 @@ impl Task<'_> {
         links.remove(simplified.corners.iter().map(welded));
         // The difference of both sums is zero where the open edges at a vertex stay the same.
         let firsts = self.same_position.iter().copied();
-        let mut changed = firsts.filter(|&own| links.is_open(own));
-        changed.all(is_border) && self.keeps_shared_borders(simplified, is_border)
+        let mut opened: Vec<u32> = firsts
+            .filter(|&own| links.is_open(own) && !is_border(own))
+            .collect();
+        opened.extend(self.changed_shared_borders(simplified, is_border));
+        opened
     }
 
-    /// Whether edges between shared vertices on a border of the source stay as they are. Other groups may use these
-    /// edges.
-    fn keeps_shared_borders(
+    /// Ends of edges between shared vertices on a border of the source that change. Other groups may use these edges.
+    fn changed_shared_borders(
         &self,
         simplified: &Simplified,
         is_border: impl Fn(u32) -> bool,
-    ) -> bool {
+    ) -> Vec<u32> {
         let is_shared = |own: u32| self.is_locked[own as usize] && is_border(own);
         let mut balance: FxHashMap<(u32, u32), i32> = FxHashMap::default();
         for (list, sign) in [(&self.piece.corners, 1), (&simplified.corners, -1)] {
@@ -43,6 +90,7 @@ impl Task<'_> {
                 }
             }
         }
-        balance.values().all(|&balance| balance == 0)
+        let changed = balance.into_iter().filter(|(_, balance)| *balance != 0);
+        changed.flat_map(|((from, to), _)| [from, to]).collect()
     }
 }

@@ -72,23 +72,41 @@ pub(crate) struct Simplified {
 
 impl Task<'_> {
     /// Tries all methods, best first. Yields results with enough progress that open no edge.
+    ///
+    /// Loose parts of a machine often keep their area and have a smaller error as surfaces than as elements.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
         // If the wanted ratio is not reachable, a smaller step may be.
         let wanted = self.ratio;
         let less = (wanted + self.config.stuck_ratio) * 0.5;
-        let regular = [wanted, less].map(|ratio| [(Method::Moved, ratio), (Method::Kept, ratio)]);
+        let closed = |(method, ratio)| {
+            let simplified = self.attempt(method, ratio)?;
+            self.opens_no_edge(&simplified).then_some(simplified)
+        };
+        let mut first = [(Method::Elements, wanted), (Method::Moved, wanted)].map(closed);
+        if let [Some(elements), Some(moved)] = &first
+            && moved.error_in_scaled < elements.error_in_scaled
+            && self.keeps_parts(moved)
+        {
+            first.reverse();
+        }
+        let regular = [
+            (Method::Kept, wanted),
+            (Method::Moved, less),
+            (Method::Kept, less),
+        ];
+        let in_parts = move || self.restore_opened(self.attempt(Method::Moved, wanted)?, less);
+        let in_parts = std::iter::once_with(in_parts);
         let last_resort = [(Method::Torn, wanted), (Method::Sloppy, wanted)];
-        let attempts = [(Method::Elements, wanted)].into_iter();
-        let attempts = attempts
-            .chain(regular.into_iter().flatten())
-            .chain(last_resort);
-        attempts
-            .filter(|&(method, _)| match method {
-                Method::Elements | Method::Moved | Method::Kept => true,
-                Method::Torn | Method::Sloppy => self.is_whole,
-            })
-            .filter_map(|(method, ratio)| self.attempt(method, ratio))
-            .filter(|simplified| self.opens_no_edge(simplified))
+        let last_resort = last_resort.into_iter().filter(|_| self.is_whole);
+        let first = first.into_iter().flatten();
+        first
+            .chain(regular.into_iter().filter_map(closed))
+            .chain(
+                in_parts
+                    .flatten()
+                    .filter(|simplified| self.keeps_parts(simplified)),
+            )
+            .chain(last_resort.filter_map(closed))
     }
 
     /// Tries one method. Returns `None` if too many triangles are left.

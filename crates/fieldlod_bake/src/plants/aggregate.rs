@@ -35,8 +35,8 @@ const RESCALE_BELOW_AREA: f32 = 0.97;
 const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements.
 const SURFACE_TOLERANCE: f32 = 0.5;
-/// Error of flattened and pruned elements, as a share of their radius. With it, pictures of trees at a given threshold
-/// are about as good as pictures of levels without elements.
+/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With it,
+/// pictures of trees at a given threshold are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles, even if surfaces use up the budget.
 const MIN_ELEMENT_RATIO: f32 = 0.125;
@@ -83,16 +83,36 @@ impl Task<'_> {
         );
         // Elements get the rest of the budget.
         let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
-        let elements = self.simplify_elements(&mut simplified, elements, left);
+        let (elements, element_error) = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
-        let squares = elements.iter().map(|e| e.area * e.radius * e.radius);
-        let element_square = ERROR_OF_ELEMENTS * ERROR_OF_ELEMENTS * squares.sum::<f32>();
-        let squares = surface_area * surface_error * surface_error + element_square;
+        let element_squares = elements.iter().map(|element| {
+            let error = (element.radius * ERROR_OF_ELEMENTS).min(element_error);
+            element.area * error * error
+        });
+        let squares = surface_area * surface_error * surface_error + element_squares.sum::<f32>();
         simplified.error_in_scaled =
             (squares / (surface_area + element_area).max(f32::MIN_POSITIVE)).sqrt();
         let kept = elements.iter().flat_map(Component::corners);
         simplified.corners = surface.into_iter().chain(kept).collect();
         Some(simplified)
+    }
+
+    /// Whether the elements are parts of a machine rather than leaves: they have many triangles, and a simplification as
+    /// surfaces keeps the area.
+    pub(crate) fn keeps_parts(&self, simplified: &Simplified) -> bool {
+        let area = |corners: &[u32], positions: &[[f32; 3]]| {
+            let mut whole = Component {
+                triangles: corners.as_chunks().0.to_vec(),
+                ..Component::default()
+            };
+            whole.measure(positions);
+            whole.area
+        };
+        let before = area(&self.piece.corners, &self.piece.positions);
+        let after = area(&simplified.corners, &simplified.positions);
+        let elements = self.elements_and_surfaces();
+        let has_leaves = elements.is_some_and(|(elements, _)| are_flattened(&elements));
+        !has_leaves && after >= before * RESCALE_BELOW_AREA
     }
 
     /// Splits the piece into elements (small loose components) and surfaces.
@@ -136,39 +156,42 @@ impl Task<'_> {
         (std::mem::take(&mut simplified.corners), error)
     }
 
-    /// Reduces elements to about `wanted` triangles.
+    /// Reduces elements to about `wanted` triangles. Also returns the error of the simplifier; infinite if elements were
+    /// flattened and pruned.
     fn simplify_elements(
         &self,
         simplified: &mut Simplified,
         mut elements: Vec<Component>,
         wanted: f32,
-    ) -> Vec<Component> {
+    ) -> (Vec<Component>, f32) {
         if triangles_of(&elements) <= wanted {
-            return elements;
+            return (elements, 0.0);
         }
         // Elements with many triangles are simplified as surfaces.
-        if triangles_of(&elements) > (elements.len() * MAX_TRIANGLES_TO_FLATTEN) as f32 {
+        if !are_flattened(&elements) {
             let before = triangles_of(&elements);
-            elements = self.simplify_as_surfaces(simplified, elements, wanted / before);
+            let error;
+            (elements, error) = self.simplify_as_surfaces(simplified, elements, wanted / before);
             if triangles_of(&elements) <= before * self.config.stuck_ratio {
-                return elements;
+                return (elements, error);
             }
         }
         // If that makes too little progress, elements are flattened and pruned.
-        self.flatten_and_prune(simplified, elements, wanted)
+        let elements = self.flatten_and_prune(simplified, elements, wanted);
+        (elements, f32::INFINITY)
     }
 
-    /// Simplifies each element, and scales it back to its area.
+    /// Simplifies each element, and scales it back to its area. Also returns the error of the simplifier.
     fn simplify_as_surfaces(
         &self,
         simplified: &mut Simplified,
         elements: Vec<Component>,
         ratio: f32,
-    ) -> Vec<Component> {
+    ) -> (Vec<Component>, f32) {
         let before = elements.clone();
         let rows = simplified.rows.clone();
         let corners: Vec<u32> = elements.iter().flat_map(Component::corners).collect();
-        let (left, _) = self.simplify_part(simplified, &corners, ratio, f32::MAX);
+        let (left, error) = self.simplify_part(simplified, &corners, ratio, f32::MAX);
         // Assign the remaining triangles to their elements.
         let mut element_of = vec![0; self.piece.vertices.len()];
         for (index, element) in elements.iter().enumerate() {
@@ -196,11 +219,11 @@ impl Task<'_> {
                 self.fit(simplified, element, area, before.centroid, &mean);
             }
         }
-        elements
+        (elements, error)
     }
 
-    /// Undoes the simplification of an element's vertices.
-    fn restore(&self, simplified: &mut Simplified, element: &Component) {
+    /// Undoes the simplification of a component's vertices.
+    pub(crate) fn restore(&self, simplified: &mut Simplified, element: &Component) {
         let width = self.vertices.layout.width();
         for own in element.corners().map(|own| own as usize) {
             simplified.positions[own] = self.piece.positions[own];
@@ -209,6 +232,11 @@ impl Task<'_> {
             simplified.is_new[own] = false;
         }
     }
+}
+
+/// Whether elements have so few triangles that they are flattened and pruned.
+fn are_flattened(elements: &[Component]) -> bool {
+    triangles_of(elements) <= (elements.len() * MAX_TRIANGLES_TO_FLATTEN) as f32
 }
 
 fn triangles_of(components: &[Component]) -> f32 {

@@ -57,9 +57,8 @@ const ASPECT_ROUNDING: f32 = 1e-6;
 /// The screen-space error of the simplification of `group`, in pixels, which [`select`] compares with
 /// [`LodSettings::error_px`].
 ///
-/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the
-/// group's sphere reaches the camera plane inside the field of view. Never negative. NaN only for
-/// input that holds NaN.
+/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
+/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
 ///
 /// [`select`]: crate::select
 #[must_use]

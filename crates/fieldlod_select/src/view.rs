@@ -20,8 +20,7 @@ pub struct View {
     pub(crate) image_camera: Camera,
     /// The camera whose image refined groups leave: as wide or wider.
     pub(crate) kept_camera: Camera,
-    /// Linear part only: positions are first taken relative to the eye, which keeps digits far from
-    /// the origin.
+    /// Linear part only: positions are first taken relative to the eye, which keeps digits far from the origin.
     pub(crate) camera_from_world: Mat3,
     pub(crate) eye_in_world: Vec3,
     /// The layers that the view draws.

@@ -4,9 +4,8 @@ use glam::{DMat3, Mat3, Vec3};
 
 use crate::lanes::{Lane, M3, V3};
 
-/// Relative distance of `MᵀM` from a multiple of the identity, up to which `M` counts as a rotation
-/// with one scale (and mirror). It is larger than the rounding of products of rotations, and small against the errors
-/// of levels.
+/// Relative distance of `MᵀM` from a multiple of the identity, up to which `M` counts as a rotation with one scale (and
+/// mirror). It is larger than the rounding of products of rotations, and small against the errors of levels.
 const SIMILARITY_TOLERANCE: f32 = 1e-4;
 
 /// Whether `m` turns, mirrors and scales all lengths alike. False for NaN and for zero.

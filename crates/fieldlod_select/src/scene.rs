@@ -68,12 +68,15 @@ pub(crate) struct Instance {
 
 impl Instance {
     fn place(&mut self, table: &GroupTable, world_from_local: Affine3A, bias: f32) {
-        let linear = Mat3::from(world_from_local.matrix3);
-        let largest = largest_stretch(&linear);
+        // Most instances move without turning. A new instance has no stretch yet.
+        if self.stretch[1] == 0.0 || self.world_from_local.matrix3 != world_from_local.matrix3 {
+            let linear = Mat3::from(world_from_local.matrix3);
+            let largest = largest_stretch(&linear);
+            // Below the exact value in spite of rounding.
+            self.stretch = [least_stretch(&linear, largest) * 0.999, largest];
+        }
         (self.world_from_local, self.bias) = (world_from_local, bias);
-        self.sphere = placed_sphere(&table.bounds, &world_from_local, largest, bias);
-        // Below the exact value in spite of rounding.
-        self.stretch = [least_stretch(&linear, largest) * 0.999, largest];
+        self.sphere = placed_sphere(&table.bounds, &world_from_local, self.stretch[1], bias);
     }
 }
 

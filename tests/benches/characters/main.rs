@@ -70,11 +70,11 @@ fn main() {
 struct Crowd {
     stage: Stage,
     eye: Eye,
-    has_adapter: bool,
+    executes_commands: bool,
 }
 
 impl Crowd {
-    fn new(orders: &[Order<'_>], has_levels: bool, has_adapter: bool) -> Self {
+    fn new(orders: &[Order<'_>], has_levels: bool, executes_commands: bool) -> Self {
         let plugins = stage::plugins().set(AssetPlugin {
             unapproved_path_mode: UnapprovedPathMode::Allow,
             ..default()
@@ -88,7 +88,7 @@ impl Crowd {
             )))
             .add_systems(Update, play_clips);
         stage.finish();
-        if !has_adapter {
+        if !executes_commands {
             drop_commands(&mut stage.app);
         }
         let pose =
@@ -109,7 +109,7 @@ impl Crowd {
         let mut crowd = Self {
             stage,
             eye,
-            has_adapter,
+            executes_commands,
         };
         for (row, order) in orders.iter().enumerate() {
             crowd.spawn(order, row, has_levels);
@@ -209,7 +209,10 @@ fn print_times(crowds: &mut [(&str, Crowd)]) {
         }
     }
     if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
-        for (name, crowd) in crowds.iter_mut().filter(|(_, crowd)| crowd.has_adapter) {
+        for (name, crowd) in crowds
+            .iter_mut()
+            .filter(|(_, crowd)| crowd.executes_commands)
+        {
             let [picture] = crowd.stage.shoot([&crowd.eye]);
             let file = Path::new(&folder).join(format!("{name}.png"));
             picture.save(file).expect("the folder exists");

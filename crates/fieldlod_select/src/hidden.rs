@@ -20,6 +20,8 @@ mod queries;
 mod screen_triangle;
 pub(crate) mod shares;
 pub(crate) mod surface_samples;
+#[cfg(test)]
+mod tests;
 mod texels;
 
 use fieldlod_hierarchy::Sphere;

@@ -139,6 +139,13 @@ impl ScreenTriangle {
         })
     }
 
+    /// Whether the triangle covers a point.
+    #[cfg(test)]
+    pub(crate) fn covers<L: Lane>(&self, x: L, y: L) -> L::Mask {
+        let [left, right] = self.span(y);
+        left.is_at_most(x) & x.is_at_most(right)
+    }
+
     /// The triangle's range in the row with centers at `y`; empty if they do not meet.
     #[inline(always)]
     pub(crate) fn span<L: Lane>(&self, y: L) -> [L; 2] {

@@ -114,3 +114,59 @@ impl SeenStretch {
         eigenvalue.sqrt()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Quat;
+
+    fn turn() -> Mat3 {
+        Mat3::from_quat(Quat::from_xyzw(0.1, -0.5, 0.7, 0.5).normalize())
+    }
+
+    fn shear() -> Mat3 {
+        Mat3::from_cols(Vec3::X, Vec3::new(2.0, 1.0, 0.0), Vec3::new(0.5, 0.3, 1.0))
+    }
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        let steps = || (0..9u8).map(|i| f32::from(i) - 4.0);
+        steps()
+            .flat_map(move |x| steps().flat_map(move |y| steps().map(move |z| Vec3::new(x, y, z))))
+            .filter(|v| *v != Vec3::ZERO)
+            .map(Vec3::normalize)
+    }
+
+    fn lengths(m: &Mat3) -> [f32; 2] {
+        let lengths = directions().map(|d| (*m * d).length());
+        let bounds = (f32::MAX, 0.0f32);
+        let (least, most) = lengths.fold(bounds, |(a, b), x| (a.min(x), b.max(x)));
+        [least, most]
+    }
+
+    #[test]
+    fn stretches_bound_all_lengths() {
+        let scale = Mat3::from_diagonal(Vec3::new(0.5, -3.0, 2.0));
+        for m in [turn() * scale, scale * turn(), turn() * scale * turn()] {
+            assert!((largest_stretch(&m) - 3.0).abs() < 1e-5, "{m}");
+        }
+        for m in [shear(), turn(), scale] {
+            let (largest, [shortest, longest]) = (largest_stretch(&m), lengths(&m));
+            assert!(longest <= largest * 1.0001 && largest < longest * 1.02);
+            assert!(least_stretch(&m, largest) <= shortest * 1.0001);
+        }
+    }
+
+    #[test]
+    fn stretch_across_a_sight_ray_is_tight() {
+        let needle = Mat3::from_diagonal(Vec3::new(0.1, 1.0, 5.0));
+        for m in [shear(), needle, turn() * needle] {
+            let seen = SeenStretch::new(&m);
+            for along in directions().step_by(7) {
+                let across = |e: Vec3| (m * e - along * along.dot(m * e)).length();
+                let most = directions().map(across).fold(0.0, f32::max);
+                let bound = seen.across(V3::<f32>::splat(along));
+                assert!(most <= bound * 1.0001 && bound < most * 1.05);
+            }
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The depth image against a naive one.
+
+use std::sync::OnceLock;
+
+use camera_field::{Camera, Intrinsics};
+use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+use fieldlod_hierarchy::Hierarchy;
+use glam::{Affine3A, Quat, Vec2};
+use proptest::prelude::*;
+
+use super::screen_triangle::ScreenTriangle;
+use super::texels::NOBODY;
+use super::*;
+use crate::scene::MeshId;
+
+/// An image by instances: nearness, and who owns it.
+type Image = (Vec<f32>, Vec<u32>);
+
+/// Draws every texel of every triangle and point, one by one, within `triangles` triangles. If `skips_covered`, an
+/// instance behind nearer surfaces is left out.
+fn naive_image(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    triangles: u32,
+    skips_covered: bool,
+) -> Image {
+    let texels = buffer.plane.width * buffer.plane.height;
+    let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
+    let mut drawn_points = 0;
+    for candidate in &buffer.candidates {
+        let sphere = &scene.instances[candidate.instance as usize].sphere;
+        if !(skips_covered && is_covered(buffer, &image.0, sphere)) {
+            let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
+            drawn_points += draw_naively(scene, buffer, candidate, rest, &mut image);
+        }
+    }
+    assert!(drawn_points / POINTS_PER_TRIANGLE <= triangles);
+    image
+}
+
+/// Whether all texels around a sphere are nearer than the sphere.
+fn is_covered(buffer: &OcclusionBuffer, nearness: &[f32], sphere: &Sphere) -> bool {
+    let center = buffer.view.camera_from_world * (sphere.center - buffer.view.eye_in_world);
+    let place = buffer.plane.rectangle(center, sphere.radius);
+    place.is_some_and(|place| {
+        let mut rows = place.rows.clone();
+        rows.all(|row| {
+            let mut columns = place.columns.clone();
+            columns.all(|column| nearness[row * buffer.plane.width + column] > place.nearest)
+        })
+    })
+}
+
+/// Draws one instance. Returns its cost in points.
+fn draw_naively(
+    scene: &Scene,
+    buffer: &OcclusionBuffer,
+    candidate: &Candidate,
+    rest: u32,
+    (image, owners): &mut Image,
+) -> u32 {
+    let (plane, texels) = (&buffer.plane, image.len());
+    let mut keep = |texel: usize, nearness: f32| {
+        let is_nearer = image[texel] < nearness;
+        if is_nearer {
+            (image[texel], owners[texel]) = (nearness, candidate.instance);
+        }
+        is_nearer
+    };
+    let placement = &scene.instances[candidate.instance as usize].world_from_local;
+    let (linear, origin) = camera_from_local(&buffer.view, placement);
+    match candidate.drawn_by(scene.table(candidate.mesh), plane, &linear, origin, rest) {
+        // Parts outside the image are drawn as well.
+        Some(DrawnBy::Level(parts, triangle_count)) => {
+            let mut corners = Vec::new();
+            for part in parts {
+                for corners in part.placed_triangles(plane, &linear, origin, &mut corners) {
+                    let is_mirrored = linear.determinant() < 0.0;
+                    parts_in_front(plane, corners, is_mirrored, NEAREST, |part| {
+                        let Some(triangle) = ScreenTriangle::new(part) else {
+                            return;
+                        };
+                        for texel in 0..texels {
+                            let x = (texel % plane.width) as f32 + 0.5;
+                            let y = (texel / plane.width) as f32 + 0.5;
+                            if triangle.covers(x, y) {
+                                keep(texel, triangle.nearness(x, y));
+                            }
+                        }
+                    });
+                }
+            }
+            triangle_count * POINTS_PER_TRIANGLE
+        }
+        Some(DrawnBy::Points(points)) => {
+            let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
+            let points: Vec<V3<f32>> = points_of(points).collect();
+            let mut drawn = 0;
+            for stretch in points.chunks(STRETCH * LANES) {
+                let mut is_in_front = false;
+                for point in stretch {
+                    let point: V3<f32> = linear.of(*point).plus(origin);
+                    let at = plane.project(point);
+                    if plane.has_place(at, point.z) {
+                        let texel = at.y as usize * plane.width + at.x as usize;
+                        is_in_front |= keep(texel, at.z);
+                    }
+                }
+                drawn += stretch.len() as u32;
+                if !is_in_front {
+                    break;
+                }
+            }
+            drawn
+        }
+        None => 0,
+    }
+}
+
+fn points_of(lanes: &[V3<f32x8>]) -> impl Iterator<Item = V3<f32>> + '_ {
+    lanes.iter().flat_map(|point| {
+        let [x, y, z] = [point.x, point.y, point.z].map(f32x8::to_array);
+        (0..LANES).map(move |lane| V3 {
+            x: x[lane],
+            y: y[lane],
+            z: z[lane],
+        })
+    })
+}
+
+/// The least of a texel and its neighbours.
+fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
+    let (width, height) = (buffer.plane.width, buffer.plane.height);
+    let (x, y) = (texel % width, texel / width);
+    let mut least = f32::INFINITY;
+    for y in y.saturating_sub(1)..(y + 2).min(height) {
+        for x in x.saturating_sub(1)..(x + 2).min(width) {
+            least = least.min(buffer.texels.nearness[y * width + x]);
+        }
+    }
+    least
+}
+
+fn camera() -> Camera {
+    Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)))
+}
+
+fn view(eye: Vec3, turn: Quat) -> View {
+    View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
+}
+
+/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
+fn meshes(scene: &mut Scene) -> [MeshId; 3] {
+    std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
+}
+
+fn baked() -> &'static [Hierarchy; 3] {
+    static BAKED: OnceLock<[Hierarchy; 3]> = OnceLock::new();
+    BAKED.get_or_init(bake_meshes)
+}
+
+fn bake_meshes() -> [Hierarchy; 3] {
+    let bake = |mesh| bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+    let ball = bake(fixtures::rock(5, 1));
+    let mut broken = bake(fixtures::rock(4, 1));
+    for (index, position) in broken.vertices.positions.iter_mut().enumerate() {
+        match index % 5 {
+            0 => *position = Vec3::NAN,
+            1 => *position = Vec3::ZERO,
+            2 => *position *= f32::INFINITY,
+            _ => {}
+        }
+    }
+    let whole = ball.whole_mesh_levels().unwrap();
+    [ball, whole, broken]
+}
+
+fn place(at: Vec3, scale: Vec3) -> Affine3A {
+    Affine3A::from_scale_rotation_translation(scale, Quat::from_rotation_y(0.3), at)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn image_equals_naive_image(
+        placed in prop::collection::vec((0usize..3, prop::array::uniform3(-1.0f32..1.0), prop::array::uniform3(-1.5f32..1.5)), 1..16),
+        turn in -0.5f32..0.5,
+        budget in prop_oneof![2 => 0u32..6000, 1 => Just(u32::MAX)],
+    ) {
+        let mut scene = Scene::default();
+        let meshes = meshes(&mut scene);
+        // Before, behind and around the eye; mirrored and flat. The first one hides many others.
+        scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
+        for (mesh, at, scale) in placed {
+            let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 12.0) - Vec3::Z * 7.0;
+            scene.add_instance(meshes[mesh], place(at, Vec3::from(scale)), 1.0);
+        }
+        scene.update();
+        let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::from_rotation_z(turn)), budget);
+        let image = naive_image(&scene, &buffer, budget, true);
+        let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
+        prop_assert_eq!(bits(&buffer.texels.nearness), bits(&image.0));
+        prop_assert_eq!(&buffer.texels.owners, &image.1);
+        prop_assert!((0..image.0.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
+        if budget == u32::MAX {
+            let all = naive_image(&scene, &buffer, budget, false);
+            prop_assert_eq!(&buffer.texels.nearness, &all.0);
+        }
+    }
+
+    #[test]
+    fn two_triangles_at_an_edge_leave_no_gap(
+        corner in prop::array::uniform2(0.0f32..30.0),
+        sides in prop::array::uniform4(-30.0f32..30.0),
+        is_on_centres in any::<bool>(),
+    ) {
+        // A parallelogram, whose diagonal may run through the centres of texels.
+        let placed = |at: Vec2| if is_on_centres { at.floor() + 0.5 } else { at };
+        let corner = placed(corner.into());
+        let [u, v] = [0, 2].map(|first| placed(Vec2::new(sides[first], sides[first + 1])) - 0.5);
+        let (u, v) = if u.perp_dot(v) < 0.0 { (u, v) } else { (v, u) };
+        let at = |offset: Vec2| (corner + offset).extend(1.0);
+        let corners = [at(Vec2::ZERO), at(u), at(u + v), at(v)];
+        let triangles = [[0, 1, 2], [0, 2, 3]].map(|three| ScreenTriangle::new(three.map(|index: usize| corners[index])));
+        prop_assume!(u.perp_dot(v) < -0.1);
+        let [first, second] = triangles.map(Option::unwrap);
+        let (u, v, area) = (u.as_dvec2(), v.as_dvec2(), f64::from(u.perp_dot(v)));
+        for texel in 0..64 * 64 {
+            let (x, y) = ((texel % 64) as f32 + 0.5, (texel / 64) as f32 + 0.5);
+            let from_corner = Vec2::new(x, y).as_dvec2() - corner.as_dvec2();
+            let along = [from_corner.perp_dot(v) / area, u.perp_dot(from_corner) / area];
+            let is_inside = along.iter().all(|along| (0.01..=0.99).contains(along));
+            prop_assert!(!is_inside || first.covers(x, y) || second.covers(x, y));
+        }
+    }
+}

@@ -57,28 +57,6 @@ fn ids_of_removed_meshes_are_reused() {
 }
 
 #[test]
-fn neighbours_follow_each_other_in_any_order_of_adding() {
-    let mut scene = Scene::default();
-    let mesh = scene.add_mesh(&hierarchies()[3]);
-    let place = |index: u16| Vec3::new(f32::from(index % 64), 0.0, f32::from(index / 64));
-    for index in (0..64 * 64).rev() {
-        let placement = Affine3A::from_translation(place(index));
-        scene.add_instance(mesh, placement, 1.0);
-    }
-    scene.update();
-    let mut selector = Selector::default();
-    selector.select(&scene, &one_view(), &LodSettings::default());
-    let added = selector.changes().map(|change| change.instance.index());
-    let places: Vec<Vec3> = added.map(|index| place(4095 - index as u16)).collect();
-    for chunk in places.chunks(64) {
-        let (min, max) = chunk.iter().fold((chunk[0], chunk[0]), |(min, max), &at| {
-            (min.min(at), max.max(at))
-        });
-        assert!((max - min).max_element() <= 8.0);
-    }
-}
-
-#[test]
 fn units_leave_with_their_instance_and_mesh() {
     let mut scene = Scene::default();
     // As units, as a whole mesh, and at the coarsest level.

@@ -41,3 +41,33 @@ fn spread(number: u64) -> u64 {
     }
     bits
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn neighbours_follow_each_other_in_any_order() {
+        let place = |index: u32| Vec3::new((index % 64) as f32, 0.0, (index / 64) as f32);
+        let mut sorted: Vec<u32> = (0..64 * 64).rev().collect();
+        sort_along_curve(&mut sorted, place);
+        for chunk in sorted.chunks(64) {
+            let places = chunk.iter().map(|&index| place(index));
+            let (min, max) = places.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(min, max), at| {
+                (min.min(at), max.max(at))
+            });
+            assert!((max - min).max_element() <= 8.0);
+        }
+    }
+
+    #[test]
+    fn places_of_nan_are_sorted() {
+        let mut items = vec![2, 1, 0];
+        sort_along_curve(&mut items, |_| Vec3::NAN);
+        assert_eq!(items, [0, 1, 2]);
+        sort_along_curve(&mut items, |item| {
+            Vec3::splat([f32::NAN, 1.0, f32::INFINITY][item])
+        });
+        assert_eq!(items.len(), 3);
+    }
+}

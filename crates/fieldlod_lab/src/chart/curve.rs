@@ -94,7 +94,7 @@ impl Measure {
 }
 
 /// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
-/// made monotone first, because errors jitter by a few per cent.
+/// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let pair = |point: &Point| (point.triangles as f64, measure.of(point));
     at_error(curve.points.iter().map(pair), error)
@@ -118,15 +118,25 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
 
 /// Does the work of [`triangles_at_error`] on pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
-    let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
-    let logs = usable.map(|(cost, error)| (cost.ln(), error.ln()));
+    let points: Vec<(f64, f64)> = points.filter(|(cost, _)| *cost > 0.0).collect();
+    let (exact, usable): (Vec<_>, Vec<_>) = points.iter().partition(|(_, error)| *error <= 0.0);
+    let logs = usable
+        .into_iter()
+        .map(|(cost, error)| (cost.ln(), error.ln()));
     let mut logs: Vec<(f64, f64)> = logs.collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
     logs.dedup_by_key(|point| point.0);
     let falling = falling(&logs);
     let wanted = error.ln();
     let crossing = |pair: &&[(f64, f64)]| pair[0].1 >= wanted && wanted >= pair[1].1;
-    let pair = falling.windows(2).find(crossing)?;
+    let Some(pair) = falling.windows(2).find(crossing) else {
+        let is_below = falling.last().is_some_and(|least| wanted < least.1);
+        return exact
+            .into_iter()
+            .map(|(cost, _)| cost)
+            .reduce(f64::min)
+            .filter(|_| is_below);
+    };
     let [(cost_0, error_0), (cost_1, error_1)] = [pair[0], pair[1]];
     let share = if error_0 > error_1 {
         (error_0 - wanted) / (error_0 - error_1)
@@ -175,6 +185,13 @@ mod tests {
         }
         assert_eq!(at_error(points(), 10.5), None);
         assert_eq!(at_error(points(), 0.9), None);
+    }
+
+    #[test]
+    fn error_below_all_levels_costs_full_detail() {
+        let points = || [(100.0, 4.0), (200.0, 2.0), (800.0, 0.0)].into_iter();
+        assert_eq!(at_error(points(), 1.0), Some(800.0));
+        assert_eq!(at_error(points(), 5.0), None);
     }
 
     #[test]

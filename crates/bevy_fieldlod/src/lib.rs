@@ -78,6 +78,8 @@ mod select;
 mod textures;
 mod visible_flux;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
@@ -174,4 +176,9 @@ impl Plugin for FieldLodCorePlugin {
                 draw::plugin,
             ));
     }
+}
+
+/// Locks a mutex. A panic of another thread leaves the values of this crate valid.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use bevy::asset::io::{AssetWriterError, Reader, Writer};
 use bevy::asset::processor::{Process, ProcessContext, ProcessError};
@@ -14,6 +14,7 @@ use fieldlod_bake::{BakeConfig, bake_file_bytes, import_gltf_bytes};
 use fieldlod_hierarchy::{FileOptions, Precision};
 
 use crate::assets::glb;
+use crate::lock;
 
 /// Makes Bevy's asset processor add levels of detail to `.glb` files.
 ///
@@ -104,14 +105,14 @@ type Files = BTreeMap<String, Result<Vec<u8>, String>>;
 async fn files_beside(glb: &[u8], context: &mut LoadContext<'_>) -> Files {
     let wanted = Mutex::new(Vec::new());
     let want = |name: &str| {
-        let mut wanted = wanted.lock().unwrap_or_else(PoisonError::into_inner);
-        wanted.push(name.to_owned());
+        lock(&wanted).push(name.to_owned());
         Err(io::ErrorKind::NotFound.into())
     };
     // An import that finds no file collects the names. Its error is ignored, because the bake reports it.
     let _ = import_gltf_bytes(glb, &want);
     let mut files = Files::new();
-    for name in wanted.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    let wanted = std::mem::take(&mut *lock(&wanted));
+    for name in wanted {
         let read = match context.path().resolve_embed_str(&name) {
             Ok(path) => context
                 .read_asset_bytes(path)

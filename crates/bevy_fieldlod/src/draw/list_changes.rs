@@ -1,6 +1,6 @@
 //! Sends changes of what views draw to the render world, where the GPU culls.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use bevy::camera::visibility::{NoCpuCulling, RenderLayers};
 use bevy::light::NotShadowCaster;
@@ -11,6 +11,7 @@ use bevy::render::sync_world::MainEntity;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
 use crate::draw::drawn_meshes::DrawnMeshes;
+use crate::lock;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -41,12 +42,11 @@ pub(crate) struct ListChanges(Mutex<Vec<ListChange>>);
 
 impl ListChanges {
     fn extend(&self, changes: impl IntoIterator<Item = ListChange>) {
-        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        queue.extend(changes);
+        lock(&self.0).extend(changes);
     }
 
     pub(crate) fn take(&self) -> Vec<ListChange> {
-        std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
+        std::mem::take(&mut *lock(&self.0))
     }
 }
 

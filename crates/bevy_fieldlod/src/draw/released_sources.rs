@@ -6,7 +6,7 @@
 //!
 //! The users of meshes are searched only after a change that may affect the result, so most frames cost nothing.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use bevy::asset::{AssetId, RenderAssetUsages};
 use bevy::ecs::lifecycle::Discard;
@@ -20,6 +20,7 @@ use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
+use crate::lock;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -141,12 +142,10 @@ fn release_sources(
             shared.extend(unused.take(&mesh));
         }
     }
-    let changes = sources.changes.get_mut();
-    let changes = changes.unwrap_or_else(PoisonError::into_inner);
     let released = unused.difference(&sources.released);
-    changes.extend(released.map(|mesh| (*mesh, false)));
     let returned: HashSet<_> = sources.released.difference(&unused).copied().collect();
-    changes.extend(returned.iter().map(|mesh| (*mesh, true)));
+    let changes = released.map(|mesh| (*mesh, false));
+    lock(&sources.changes).extend(changes.chain(returned.iter().map(|mesh| (*mesh, true))));
     (sources.released, sources.shared) = (unused, shared);
     if returned.is_empty() {
         return;
@@ -165,9 +164,7 @@ fn change_render_assets(
     meshes: Extract<Res<Assets<Mesh>>>,
     mut extracted: ResMut<ExtractedAssets<RenderMesh>>,
 ) {
-    let changes = sources.changes.lock();
-    let mut changes = changes.unwrap_or_else(PoisonError::into_inner);
-    for (id, is_wanted) in changes.drain(..) {
+    for (id, is_wanted) in lock(&sources.changes).drain(..) {
         let extracted = &mut *extracted;
         if !is_wanted {
             extracted.extracted.retain(|(of, _)| *of != id);

@@ -13,6 +13,7 @@ use fieldlod_select::MeshId;
 
 use crate::api::systems::FieldLodSystems;
 use crate::draw::inherit::InheritedComponents;
+use crate::lock;
 use crate::scene::lod_mesh::{LodMesh, LodObject};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::unit_mesh::UnitMeshes;
@@ -118,7 +119,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     let mut handles = HashMap::new();
     // A mesh that another entity still draws is used again.
     wanted.retain(|&(lod, unit), (units, _)| {
-        let made = units.made().get(&unit).copied();
+        let made = lock(&units.made).get(&unit).copied();
         let handle = made.and_then(|mesh| meshes.get_strong_handle(mesh));
         let is_missing = handle.is_none();
         handles.extend(handle.map(|handle| ((lod, unit), handle)));
@@ -137,7 +138,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
     for ((key, (units, _)), mesh) in wanted.iter().zip(new.into_iter().flatten()) {
         if let Some(mesh) = mesh {
             let handle = meshes.add(mesh);
-            units.made().insert(key.1, handle.id());
+            lock(&units.made).insert(key.1, handle.id());
             handles.insert(*key, handle);
         }
     }

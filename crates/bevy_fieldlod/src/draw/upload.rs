@@ -2,13 +2,15 @@
 //! drawn with meshes missing.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use bevy::asset::AssetId;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
 use bevy::render::{Render, RenderApp, RenderStartup, RenderSystems};
+
+use crate::lock;
 
 /// Meshes on their way to the GPU. The main and the render world share it.
 #[derive(Resource, Clone, Default)]
@@ -41,11 +43,8 @@ impl UploadQueue {
             sent.push(handle);
         }
         if let Some(waiting) = &self.waiting {
-            let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-            waiting.push(SentMeshes {
-                meshes: sent,
-                uploaded: uploaded.clone(),
-            });
+            let (meshes, uploaded) = (sent, uploaded.clone());
+            lock(waiting).push(SentMeshes { meshes, uploaded });
         }
         uploaded
     }
@@ -86,8 +85,7 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
         return;
     };
     let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
-    let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
-    waiting.retain(|sent| {
+    lock(waiting).retain(|sent| {
         let is_complete = sent.meshes.iter().all(is_uploaded);
         if is_complete {
             sent.uploaded.store(true, Ordering::Release);

@@ -5,7 +5,6 @@ use fieldlod_select::Scene;
 
 use crate::api::systems::FieldLodSystems;
 use crate::draw::drawn_meshes::DrawnMeshes;
-use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::{LodInstance, LodScene};
 use crate::scene::view_cut::{ViewCut, ViewState};
 
@@ -20,29 +19,21 @@ pub(crate) fn plugin(app: &mut App) {
 pub(crate) fn swap_whole_meshes(
     mut scene: ResMut<LodScene>,
     views: Query<&ViewCut>,
-    objects: Query<&LodObject>,
     drawn: Res<DrawnMeshes>,
 ) {
     let mut to_swap = std::mem::take(&mut scene.whole_meshes_to_swap);
     for &index in &to_swap {
         // The instance may have been removed, and its index reused.
-        let Some(instance) = scene.instance(index) else {
-            continue;
-        };
-        if instance.level.is_none() {
-            continue;
-        }
-        let Ok(object) = objects.get(instance.entity) else {
+        let Some(instance) = scene.instance(index).filter(|one| one.level.is_some()) else {
             continue;
         };
         let levels = views.iter();
         let levels = levels.filter_map(|cut| level_for(cut, &scene.scene, instance));
         // A mesh that no view draws keeps its level.
-        let Some(level) = levels.min() else {
-            continue;
-        };
-        if instance.level != Some(level) {
-            drawn.set(instance.entity, object.mesh.mesh_at(level));
+        if let Some(level) = levels.min()
+            && instance.level != Some(level)
+        {
+            drawn.set(instance.entity, instance.mesh.mesh_at(level));
             scene.set_level(index, level);
         }
     }

@@ -1,7 +1,7 @@
 //! The memory of streamed meshes.
 
 use bevy::prelude::*;
-use fieldlod_stream::Residency;
+use fieldlod_stream::{Residency, StreamSettings};
 
 /// The memory of the meshes of `.fieldpages` files, which have the budgets of
 /// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.
@@ -44,18 +44,7 @@ pub struct FieldLodMemory {
 impl Default for FieldLodMemory {
     /// Nothing is loaded; the coarsening is 1.
     fn default() -> Self {
-        Self {
-            resident_bytes: 0,
-            coming_bytes: 0,
-            loading_bytes: 0,
-            wanted_bytes: 0,
-            missing_pages: 0,
-            loaded_pages: 0,
-            loaded_file_bytes: 0,
-            evicted_pages: 0,
-            failures: 0,
-            coarsening: 1.0,
-        }
+        Self::of(&Residency::new(StreamSettings::default()))
     }
 }
 

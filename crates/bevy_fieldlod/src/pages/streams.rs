@@ -19,6 +19,7 @@ use super::read::PageError;
 use crate::api::config::FieldLodAppConfig;
 use crate::api::stats::FieldLodViewStats;
 use crate::draw::upload::UploadQueue;
+use crate::lock;
 use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState};
@@ -150,7 +151,7 @@ impl PageStreams {
             let of_page = || mesh.source.paged().units_of(page.page as usize);
             units.entry(mesh.id).or_default().extend(of_page());
             if let Some(lod) = mesh.lod.upgrade() {
-                let mut transient = lod.transient();
+                let mut transient = lock(&lod.transient);
                 of_page().for_each(|unit| {
                     transient.remove(&unit);
                 });
@@ -291,7 +292,7 @@ pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: Re
     for SentPage { page, meshes, .. } in uploaded {
         let lod = streams.meshes[&page.mesh].lod.upgrade();
         if let Some(lod) = lod.filter(|_| streams.residency.set_loaded(page)) {
-            lod.transient().extend(meshes);
+            lock(&lod.transient).extend(meshes);
             changed.insert(page.mesh);
         }
     }

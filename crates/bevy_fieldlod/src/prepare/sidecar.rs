@@ -1,7 +1,7 @@
 //! `.fieldlod` files beside their assets.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use bevy::asset::io::AssetReaderError;
 use bevy::asset::{AssetPath, AssetServer, AssetServerMode};
@@ -10,6 +10,7 @@ use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::BakedFile;
 
 use crate::assets::glb;
+use crate::lock;
 
 /// A file, with its name for messages.
 type Found = Option<(String, Arc<BakedFile>)>;
@@ -24,22 +25,18 @@ pub(crate) struct SidecarFiles {
 impl SidecarFiles {
     /// Clears the cache, because files may change.
     pub(crate) fn clear(&self) {
-        self.lock().clear();
+        lock(&self.files).clear();
     }
 
     /// Finds the file for the asset at `path`.
     pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
         let asset = path.clone().without_label().into_owned();
-        if let Some(found) = self.lock().get(&asset) {
+        if let Some(found) = lock(&self.files).get(&asset) {
             return found.clone();
         }
         let found = read_sidecar(assets, &asset).await;
-        self.lock().insert(asset, found.clone());
+        lock(&self.files).insert(asset, found.clone());
         found
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, HashMap<AssetPath<'static>, Found>> {
-        self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

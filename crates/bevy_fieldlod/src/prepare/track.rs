@@ -13,7 +13,7 @@ use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
 use crate::prepare::restart::RestartObjects;
 use crate::scene::changed::ChangedOn;
-use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
+use crate::scene::lod_mesh::{LodObject, LodPlacement, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
 
 /// Tracks mesh entities in each frame.
@@ -148,7 +148,7 @@ fn remove_object(
     }
     drawn.set(removal.entity, None);
     let mut commands = commands.entity(removal.entity);
-    commands.try_remove::<NoCpuCulling>();
+    commands.try_remove::<(LodPlacement, NoCpuCulling)>();
 }
 
 /// Removes the components of the plugin from an entity whose [`Mesh3d`] was removed.

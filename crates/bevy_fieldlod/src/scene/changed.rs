@@ -3,7 +3,7 @@
 //! Bevy's `Changed` filter checks entity by entity. In most frames nearly all entities are unchanged, and checking a
 //! row of change ticks at once is several times faster.
 
-use bevy::ecs::change_detection::{ContiguousRef, Tick};
+use bevy::ecs::change_detection::{ContiguousComponentTicksRef, ContiguousRef, Tick};
 use bevy::ecs::query::{ArchetypeFilter, QueryFilter};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -28,15 +28,7 @@ impl<C: Component, F: ArchetypeFilter + 'static> ChangedOn<'_, '_, C, F> {
         };
         for (entities, components) in tables {
             let (_, ticks) = ContiguousRef::split(components);
-            let is_new = |tick: &Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
-            let rows = entities.chunks(ROW).zip(ticks.changed().chunks(ROW));
-            for (entities, ticks) in rows {
-                // Without an early exit, the compiler vectorises the loop.
-                if ticks.iter().fold(false, |any, tick| any | is_new(tick)) {
-                    let pairs = entities.iter().zip(ticks);
-                    changed.extend(pairs.filter(|(_, tick)| is_new(tick)).map(|(one, _)| *one));
-                }
-            }
+            for_each_changed(&ticks, |index| changed.push(entities[index]));
         }
     }
 
@@ -45,6 +37,18 @@ impl<C: Component, F: ArchetypeFilter + 'static> ChangedOn<'_, '_, C, F> {
         let mut changed = Vec::new();
         self.add_to(&mut changed);
         changed
+    }
+}
+
+/// Calls `visit` with the index of each component of a table that has changed.
+pub(crate) fn for_each_changed(ticks: &ContiguousComponentTicksRef, mut visit: impl FnMut(usize)) {
+    let is_new = |tick: &Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
+    for (row, ticks) in ticks.changed().chunks(ROW).enumerate() {
+        // Without an early exit, the compiler vectorises the loop.
+        if ticks.iter().fold(false, |any, tick| any | is_new(tick)) {
+            let changed = ticks.iter().enumerate().filter(|(_, tick)| is_new(tick));
+            changed.for_each(|(index, _)| visit(row * ROW + index));
+        }
     }
 }
 

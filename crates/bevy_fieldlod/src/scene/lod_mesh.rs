@@ -1,7 +1,7 @@
 //! The levels of detail of mesh assets, and what the plugin keeps on the entities that share them.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
@@ -9,11 +9,12 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
-use fieldlod_select::MeshId;
+use fieldlod_select::{InstanceId, MeshId};
 
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::LodKind;
 use crate::assets::baked_lods::BakedLods;
+use crate::lock;
 use crate::scene::rig::Rig;
 use crate::scene::unit_mesh::UnitMeshes;
 
@@ -74,13 +75,7 @@ impl LodMesh {
     /// The mesh of a unit; `None` if it is not made, or not resident.
     pub(crate) fn mesh_of_unit(&self, unit: u32) -> Option<Handle<Mesh>> {
         let permanent = self.pieces[unit as usize].mesh.clone();
-        permanent.or_else(|| self.transient().get(&unit).cloned())
-    }
-
-    pub(crate) fn transient(&self) -> MutexGuard<'_, HashMap<u32, Handle<Mesh>>> {
-        self.transient
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        permanent.or_else(|| lock(&self.transient).get(&unit).cloned())
     }
 
     pub(crate) fn is_uploaded(&self) -> bool {
@@ -123,6 +118,7 @@ pub(crate) struct LodWaiting {
 
 /// A mesh entity with levels of detail.
 #[derive(Component)]
+#[require(LodPlacement)]
 pub(crate) struct LodObject {
     pub(crate) mesh: Arc<LodMesh>,
     /// The [`Mesh3d`] that the levels were made from.
@@ -130,6 +126,11 @@ pub(crate) struct LodObject {
     /// The settings that apply to it.
     pub(crate) auto_lod: AutoLod,
 }
+
+/// The instance of a [`LodObject`] in the scene; `None` until it is placed. It is a component of its own, so that
+/// updating moved objects reads little memory. Clones of the entity do not copy it.
+#[derive(Component, Default)]
+pub(crate) struct LodPlacement(pub(crate) Option<InstanceId>);
 
 impl LodObject {
     /// Whether it is drawn as units.

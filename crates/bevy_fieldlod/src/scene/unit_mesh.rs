@@ -5,7 +5,7 @@
 //! hierarchy. Other attributes, joints and morph targets are copied from the source vertex. Units have the vertex
 //! layout of their source, so both use the same pipelines, and nothing is compiled when units replace the source.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Mutex;
 
 use bevy::asset::{AssetId, RenderAssetUsages};
 use bevy::mesh::{
@@ -52,7 +52,8 @@ pub(crate) fn source_indices(hierarchy: &Hierarchy) -> Vec<u32> {
 pub(crate) struct UnitMeshes {
     /// The hierarchy without groups and without the vertices that the source mesh has.
     hierarchy: Hierarchy,
-    made: Mutex<HashMap<u32, AssetId<Mesh>>>,
+    /// The mesh of each unit that was made. It is freed with the last entity that draws the unit.
+    pub(crate) made: Mutex<HashMap<u32, AssetId<Mesh>>>,
 }
 
 impl UnitMeshes {
@@ -70,11 +71,6 @@ impl UnitMeshes {
             hierarchy,
             made: Mutex::default(),
         }
-    }
-
-    /// The mesh of each unit that was made. It is freed with the last entity that draws the unit.
-    pub(crate) fn made(&self) -> MutexGuard<'_, HashMap<u32, AssetId<Mesh>>> {
-        self.made.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The mesh of a unit; `None` if `source` has changed since the levels were prepared.

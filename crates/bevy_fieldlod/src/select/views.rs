@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibilityRange, VisibleEntities};
+use bevy::ecs::change_detection::ContiguousRef;
 use bevy::ecs::query::QueryItem;
 use bevy::mesh::skinning::SkinnedMesh;
 // `std::time::Instant` panics on the web.
@@ -14,8 +15,8 @@ use fieldlod_select::{Scene, View};
 use crate::api::settings::FieldLodCamera;
 use crate::api::stats::FieldLodViewStats;
 use crate::api::systems::FieldLodSystems;
-use crate::scene::changed::ChangedOn;
-use crate::scene::lod_mesh::LodObject;
+use crate::scene::changed::{ChangedOn, for_each_changed};
+use crate::scene::lod_mesh::{LodObject, LodPlacement};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, ViewState, layer_bits};
 use crate::select::drawn_layers::{DrawnLayers, Placement};
@@ -38,6 +39,7 @@ pub(crate) enum SelectSteps {
 /// Adds a cut to every camera and selects it in each frame.
 pub(crate) fn plugin(app: &mut App) {
     use SelectSteps::{Adjust, Prepare, Read, Select};
+    let any_new = |scene: Res<LodScene>| !scene.new_objects.is_empty();
     app.add_observer(clear_removed_view)
         .configure_sets(
             PostUpdate,
@@ -51,7 +53,14 @@ pub(crate) fn plugin(app: &mut App) {
                 add_view_cuts
                     .run_if(any_match_filter::<NewViews>)
                     .in_set(FieldLodSystems::Prepare),
-                (place_instances, prepare_views).chain().in_set(Prepare),
+                (
+                    add_instances.run_if(any_new),
+                    move_instances,
+                    update_layers,
+                    prepare_views,
+                )
+                    .chain()
+                    .in_set(Prepare),
                 select_views.in_set(Select),
             ),
         );
@@ -74,31 +83,68 @@ fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
     }
 }
 
-/// Updates the placements and layers of objects that are new or have changed.
-fn place_instances(
+/// Adds new objects to the scene.
+fn add_instances(
     mut scene: ResMut<LodScene>,
-    moved: ChangedOn<GlobalTransform, (With<LodObject>, Without<SkinnedMesh>)>,
+    mut objects: Query<(Placement, &mut LodPlacement)>,
     skins: SkinPoses,
+    drawn_layers: DrawnLayers,
+) {
+    let new = std::mem::take(&mut scene.new_objects);
+    let mut new = objects.iter_many_mut(new);
+    while let Some((object, mut placement)) = new.fetch_next() {
+        let (entity, transform, lod, ..) = object;
+        let world_from_local = skins.world_from_local(entity);
+        let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
+        let layers = drawn_layers.of(&object);
+        placement.0 = Some(scene.add(entity, world_from_local, lod, layers));
+    }
+}
+
+/// The transforms of objects without a skin. All components are in tables, so that whole columns can be read.
+type Moving<'w, 's> = Query<
+    'w,
+    's,
+    (Ref<'static, GlobalTransform>, &'static LodPlacement),
+    (With<LodObject>, Without<SkinnedMesh>),
+>;
+
+/// Moves the instances of objects that have moved.
+fn move_instances(
+    mut scene: ResMut<LodScene>,
+    moving: Moving,
+    skins: SkinPoses,
+    mut removed_skins: RemovedComponents<SkinnedMesh>,
+    objects: Query<(&GlobalTransform, &LodPlacement)>,
+) {
+    let scene = &mut scene.scene;
+    for (transforms, placements) in moving.contiguous_iter().into_iter().flatten() {
+        let (transforms, ticks) = ContiguousRef::split(transforms);
+        for_each_changed(&ticks, |index| {
+            if let LodPlacement(Some(id)) = placements[index] {
+                scene.set_placement(id, transforms[index].affine());
+            }
+        });
+    }
+    for entity in skins.moved().chain(removed_skins.read()) {
+        if let Ok((transform, LodPlacement(Some(id)))) = objects.get(entity) {
+            let world_from_local = skins.world_from_local(entity);
+            scene.set_placement(*id, world_from_local.unwrap_or_else(|| transform.affine()));
+        }
+    }
+}
+
+/// Updates the layers of objects. Selection skips hidden objects and those on layers that no view sees.
+fn update_layers(
+    mut scene: ResMut<LodScene>,
     objects: Query<Placement>,
     shown: ChangedOn<InheritedVisibility, With<LodObject>>,
     on_layers: Query<Entity, (With<LodObject>, Changed<RenderLayers>)>,
     in_ranges: Query<Entity, (With<LodObject>, With<VisibilityRange>)>,
     mut removed_layers: RemovedComponents<RenderLayers>,
     mut removed_ranges: RemovedComponents<VisibilityRange>,
-    mut removed_skins: RemovedComponents<SkinnedMesh>,
     drawn_layers: DrawnLayers,
 ) {
-    let mut placed = moved.entities();
-    placed.append(&mut scene.new_objects);
-    placed.extend(skins.moved());
-    placed.extend(removed_skins.read());
-    for object in objects.iter_many(placed) {
-        let (entity, transform, lod, ..) = object;
-        let world_from_local = skins.world_from_local(entity);
-        let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
-        scene.place(entity, world_from_local, lod, drawn_layers.of(&object));
-    }
-    // Selection skips hidden objects and those on layers that no view sees.
     let mut changed = shown.entities();
     changed.extend(on_layers.iter().chain(removed_layers.read()));
     // Any camera may have moved.

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use bevy::asset::{AssetPath, AssetServer};
 use bevy::tasks::block_on;
@@ -18,6 +18,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
 use crate::api::events::{LodError, LodOrigin};
+use crate::lock;
 use crate::prepare::sidecar::read;
 use crate::prepare::source_arrays::SourceArrays;
 use crate::prepare::threads::BakeThreads;
@@ -139,8 +140,7 @@ impl RiggedBake {
             let beside = path.path().with_file_name(name);
             let bytes = block_on(read(&self.assets, path, &beside));
             let bytes = bytes.ok_or(io::ErrorKind::NotFound)?;
-            let mut hashes = hashes.lock().unwrap_or_else(PoisonError::into_inner);
-            hashes.insert(name.into(), hash_of(&bytes));
+            lock(&hashes).insert(name.into(), hash_of(&bytes));
             Ok(bytes)
         };
         let import = import_gltf_bytes(&bytes, &beside).map_err(|fault| LodError::InvalidGltf {
@@ -149,11 +149,7 @@ impl RiggedBake {
         })?;
         let mut hasher = Xxh3::new();
         hasher.update(&hash_of(&bytes).to_le_bytes());
-        for hash in hashes
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner)
-            .values()
-        {
+        for hash in lock(&hashes).values() {
             hasher.update(&hash.to_le_bytes());
         }
         Ok(Imported {

@@ -92,21 +92,17 @@ impl LodScene {
         self.retired.push(mesh);
     }
 
-    /// Adds an entity or moves it.
-    pub(crate) fn place(
+    /// Adds an entity, unless it was added.
+    pub(crate) fn add(
         &mut self,
         entity: Entity,
         world_from_local: Affine3A,
         object: &LodObject,
         layers: u64,
-    ) {
-        match self.instance_of.get(&entity) {
-            Some(&id) => self.scene.set_placement(id, world_from_local),
-            None => self.add(entity, world_from_local, object, layers),
+    ) -> InstanceId {
+        if let Some(&id) = self.instance_of.get(&entity) {
+            return id;
         }
-    }
-
-    fn add(&mut self, entity: Entity, world_from_local: Affine3A, object: &LodObject, layers: u64) {
         let LodObject { mesh, auto_lod, .. } = object;
         // A new entity starts at its finest level, or without any unit.
         let (kind, level) = if mesh.kind == LodKind::WholeMesh {
@@ -133,6 +129,7 @@ impl LodScene {
         });
         self.instance_of.insert(entity, id);
         *self.triangles_on(layers) += u64::from(mesh.triangles_full);
+        id
     }
 
     fn triangles_on(&mut self, layers: u64) -> &mut u64 {

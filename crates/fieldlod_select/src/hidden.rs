@@ -144,7 +144,7 @@ impl OcclusionBuffer {
         for part in parts_in_view(parts, &plane, linear, origin) {
             for triangle in part.placed_triangles(&plane, linear, origin, &mut self.corners) {
                 clipped_parts(&plane, triangle, is_mirrored, |part| {
-                    self.texels.draw(part, owner)
+                    self.texels.draw(part, owner);
                 });
             }
         }

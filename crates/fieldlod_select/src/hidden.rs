@@ -13,6 +13,7 @@
 //! Eight texels at once have the same bits as one at a time.
 
 mod choice;
+mod clip;
 pub(crate) mod held_shares;
 mod image_plane;
 pub(crate) mod occluder;
@@ -33,9 +34,9 @@ use crate::lanes::{Lane, M3, V3, bits_of};
 use crate::scene::Scene;
 use crate::view::View;
 use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
-use image_plane::{ImagePlane, NEAREST};
+use clip::{Corner, clipped_parts};
+use image_plane::ImagePlane;
 use occluder::{OccluderPart, parts_in_view};
-use screen_triangle::{Corner, parts_in_front};
 use texels::Texels;
 
 /// Elements of eight points that are drawn between two tests whether any of them is in front. Fewer elements end the
@@ -142,7 +143,7 @@ impl OcclusionBuffer {
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
         for part in parts_in_view(parts, &plane, linear, origin) {
             for triangle in part.placed_triangles(&plane, linear, origin, &mut self.corners) {
-                parts_in_front(&plane, triangle, is_mirrored, NEAREST, |part| {
+                clipped_parts(&plane, triangle, is_mirrored, |part| {
                     self.texels.draw(part, owner);
                 });
             }

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Aabb;
-use glam::{Vec2, Vec3};
+#[cfg(test)]
+use glam::DVec2;
+use glam::{DVec3, Vec2, Vec3};
 use wide::f32x8;
 
 use crate::lanes::bits::LANES;
@@ -17,6 +19,9 @@ const LONGER_SIDE: f32 = 256.0;
 const LEAST_SIDE: usize = 8;
 /// Bound of the rounding of positions, in texels. With a smaller bound, a sphere may miss texels that it covers.
 const ROUNDING: f32 = 0.01;
+/// Corners of triangles may be this many texels outside the image. With a wider guard band, `f32` loses the depths of more
+/// triangles; with a narrower one, more triangles are clipped.
+const GUARD_BAND: f32 = 256.0;
 /// Least depth of points in the image, because the nearness `1/z` needs a positive depth.
 pub(crate) const NEAREST: f32 = 1e-3;
 
@@ -97,6 +102,62 @@ impl ImagePlane {
             & within(at.y, self.height)
             & L::splat(NEAREST).is_at_most(depth)
             & depth.is_below(L::infinity())
+    }
+
+    /// Whether a projected point is before the camera, and in the image or the guard band around it.
+    #[inline(always)]
+    pub(crate) fn is_in_guard_band(&self, at: V3<f32>, depth: f32) -> bool {
+        let within =
+            |at: f32, count: usize| (-GUARD_BAND..=count as f32 + GUARD_BAND).contains(&at);
+        within(at.x, self.width) & within(at.y, self.height) & (depth >= NEAREST)
+    }
+
+    /// The sides of the guard band, its near plane included.
+    pub(crate) const GUARD_SIDES: usize = 5;
+
+    /// Texel coordinates times the depth (times 1 in an orthographic view), and the depth. They are linear in camera
+    /// space, also behind the camera.
+    pub(crate) fn homogeneous(&self, point: Vec3) -> DVec3 {
+        let point = point.as_dvec3();
+        let at = point.truncate() * self.scale.as_dvec2();
+        (at + self.offset.as_dvec2() * self.divisor(point)).extend(point.z)
+    }
+
+    /// How far inside each side of the guard band a [homogeneous](Self::homogeneous) point is.
+    pub(crate) fn inside_guard_band(&self, at: DVec3) -> [f64; Self::GUARD_SIDES] {
+        let guard = f64::from(GUARD_BAND) * self.divisor(at);
+        let [width, height] =
+            [self.width, self.height].map(|count| count as f64 * self.divisor(at));
+        [
+            at.z - f64::from(NEAREST),
+            at.x + guard,
+            at.y + guard,
+            width + guard - at.x,
+            height + guard - at.y,
+        ]
+    }
+
+    /// Texel coordinates and nearness of a [homogeneous](Self::homogeneous) point before the camera.
+    pub(crate) fn of_homogeneous(&self, at: DVec3) -> Vec3 {
+        let nearness = if self.is_perspective {
+            1.0 / at.z
+        } else {
+            -at.z
+        };
+        (at.truncate() / self.divisor(at))
+            .extend(nearness)
+            .as_vec3()
+    }
+
+    /// A point of camera space at the depth 1 that a perspective view sees at texel coordinates.
+    #[cfg(test)]
+    pub(crate) fn ray(&self, x: f64, y: f64) -> DVec3 {
+        let at = DVec2::new(x, y) - self.offset.as_dvec2();
+        (at / self.scale.as_dvec2()).extend(1.0)
+    }
+
+    fn divisor(&self, point: DVec3) -> f64 {
+        if self.is_perspective { point.z } else { 1.0 }
     }
 
     /// The texels around a sphere of camera space; `None` if the sphere reaches the camera.

@@ -3,8 +3,8 @@
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};
 
+use super::clip::Corner;
 use super::image_plane::ImagePlane;
-use super::screen_triangle::Corner;
 
 /// Largest number of triangles of each level of an occluder. More levels cost memory; fewer levels leave large steps
 /// between them.

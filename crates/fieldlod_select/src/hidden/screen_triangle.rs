@@ -1,11 +1,10 @@
-//! Triangles in the image: clipped, set up and tested for the texels that they cover.
+//! Triangles in the image: set up, and tested for the texels that they cover.
 
 use std::ops::Range;
 
 use glam::Vec3;
 
-use super::image_plane::ImagePlane;
-use crate::lanes::{Lane, V3};
+use crate::lanes::Lane;
 
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]
@@ -48,74 +47,6 @@ impl RowEnd {
             right_offset: if is_right { offset } else { f32::INFINITY },
         }
     }
-}
-
-/// A corner of a triangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Corner {
-    in_camera: Vec3,
-    /// Texel coordinates and nearness, if the corner is before the camera.
-    in_image: Vec3,
-}
-
-impl Corner {
-    #[inline(always)]
-    pub(crate) fn new(plane: &ImagePlane, in_camera: Vec3) -> Self {
-        let V3 { x, y, z } = plane.project(V3::splat(in_camera));
-        Self {
-            in_camera,
-            in_image: Vec3::new(x, y, z),
-        }
-    }
-}
-
-/// Calls `draw` with the corners in the image of each part of a triangle beyond the depth `nearest`. There are no, one
-/// or two parts: two only if the triangle reaches behind the camera.
-#[inline(always)]
-pub(crate) fn parts_in_front(
-    plane: &ImagePlane,
-    corners: [Corner; 3],
-    is_mirrored: bool,
-    nearest: f32,
-    mut draw: impl FnMut([Vec3; 3]),
-) {
-    let [a, b, c] = corners;
-    let corners = if is_mirrored { [a, c, b] } else { corners };
-    // Nearly all triangles are not clipped.
-    if corners.iter().all(|corner| corner.in_camera.z >= nearest) {
-        return draw(corners.map(|corner| corner.in_image));
-    }
-    let (polygon, count) = clip_near(corners.map(|corner| corner.in_camera), nearest);
-    let polygon = polygon.map(|corner| Corner::new(plane, corner).in_image);
-    // A fan from the first corner.
-    for last in 2..count {
-        draw([0, last - 1, last].map(|index| polygon[index]));
-    }
-}
-
-/// The part of a triangle beyond a depth: a polygon and the number of its corners.
-#[cold]
-fn clip_near(corners: [Vec3; 3], nearest: f32) -> ([Vec3; 4], usize) {
-    let mut polygon = [Vec3::ZERO; 4];
-    let mut count = 0;
-    let mut push = |corner: Vec3| {
-        polygon[count] = corner;
-        count += 1;
-    };
-    for (index, &from) in corners.iter().enumerate() {
-        let to = corners[(index + 1) % 3];
-        let [is_from_in, is_to_in] = [from, to].map(|corner| corner.z >= nearest);
-        if is_from_in {
-            push(from);
-        }
-        if is_from_in != is_to_in {
-            // Cut from the inner end: both triangles at an edge then cut it at the same point.
-            let (inner, outer) = if is_from_in { (from, to) } else { (to, from) };
-            let share = (inner.z - nearest) / (inner.z - outer.z);
-            push((inner + (outer - inner) * share).with_z(nearest));
-        }
-    }
-    (polygon, count)
 }
 
 impl ScreenTriangle {

@@ -112,6 +112,7 @@ fn replace(
     added.replaced.extend(old.iter().flat_map(indices_in));
     let old = primitive.insert("indices".into(), indices.into());
     added.replaced.extend(old.as_ref().and_then(as_index));
+    // A triangle list; the source may have been a strip.
     primitive.insert("mode".into(), 4.into());
     let extensions = primitive.get_mut("extensions");
     if let Some(extensions) = extensions.and_then(Value::as_object_mut) {
@@ -195,6 +196,7 @@ fn add_accessor(
     let mut accessor = json!({
         "componentType": component, "type": kind, "count": bytes.len() / (4 * width),
     });
+    // glTF requires the extent of positions; other vectors may have one.
     if kind == "VEC3" {
         let axis = |axis: usize| values.iter().skip(axis).step_by(3).copied();
         let least = [0, 1, 2].map(|a| axis(a).fold(f32::INFINITY, f32::min));
@@ -307,6 +309,7 @@ fn pack(
             *view = json!({ "buffer": 0, "byteOffset": 0, "byteLength": 4 });
             continue;
         }
+        // New views come from memory, all others from the buffer of the source.
         let of_view = match added.views.get(&number) {
             Some(bytes) => bytes.as_slice(),
             None => bytes_of(view, binary)?,

@@ -97,6 +97,7 @@ impl BakedFile {
 fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
     let (entries, sections) = layout::read(bytes)?;
     check_length(&entries, sections.len() as u64)?;
+    // Sections of all primitives alternate, as they were written: the front of a file holds complete coarse cuts.
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
     let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
     let mut reader = Reader { rest: sections };

@@ -101,6 +101,8 @@ impl Hierarchy {
         let position = |&vertex: &u32| self.vertices.positions[vertex as usize];
         let aabb = Aabb::around(used.iter().map(position)).unwrap_or_default();
         self.push_unit(finer.unwrap_or(NO_GROUP), aabb, used, indices);
+        // Here the error of the level is that of the whole mesh. 0 means "not measured", and an infinite error cannot
+        // be stored there.
         let error = group.error_in_local;
         let group = Group {
             whole_mesh_error_in_local: if error.is_finite() { error } else { 0.0 },

@@ -41,6 +41,7 @@ impl Chooser {
             Method::Quality | Method::Guaranteed => self.select(view),
             Method::Clusterlod | Method::ClusterlodOnOurLevels => refine_if(view, |group| {
                 let error_px = clusterlod_error_px(view, group);
+                // NaN comes from a NaN transform. Full detail is the safe answer.
                 error_px.is_nan() || error_px > threshold_px
             }),
             Method::Godot => whole_level(view, godot_level(view, threshold_px)),

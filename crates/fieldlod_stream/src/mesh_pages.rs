@@ -77,6 +77,7 @@ impl MeshPages {
         let pages = pages.map(|(number, (page, mut coarser))| {
             coarser.sort_unstable();
             coarser.dedup();
+            // The first page holds groups of several levels. It does not wait for itself.
             coarser.retain(|&page| page as usize != number);
             let gpu_bytes = u64::from(page.mesh_bytes);
             PageEntry {
@@ -103,6 +104,7 @@ impl MeshPages {
     /// Raises the priority of the coarser pages that a page depends on.
     pub(crate) fn raise_coarser_priorities(&mut self, page: u32) {
         let priority = self.pages[page as usize].priority;
+        // Taken out while the other pages of the list are changed.
         let coarser = std::mem::take(&mut self.pages[page as usize].coarser);
         for &coarser in &coarser {
             let coarser = &mut self.pages[coarser as usize];

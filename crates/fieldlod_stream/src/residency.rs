@@ -278,6 +278,7 @@ impl Residency {
                 continue;
             }
             let bytes = self.page(page).map_or(0, |page| page.gpu_bytes);
+            // Pages of lower priority must not take the room that this page waits for.
             if !self.make_room(bytes, orders) {
                 break;
             }
@@ -297,6 +298,7 @@ impl Residency {
             PageState::Loading | PageState::Resident => false,
         };
         let loading = self.statistics.loading_bytes;
+        // A page larger than the whole budget must load at some time: it loads alone.
         let fits = loading == 0 || loading + entry.loading_bytes <= self.settings.loading_bytes;
         is_due && fits
     }
@@ -352,6 +354,7 @@ impl Residency {
     fn evict_unused(&mut self, orders: &mut Orders) {
         let keep = self.settings.keep_unused;
         let is_unused = |page: &PageEntry| self.time - page.used_at_time > keep;
+        // Each frame starts at another mesh, so the work is spread evenly over frames.
         let meshes = (self.frame % SWEEP_FRAMES) as usize..self.meshes.len();
         let idle = meshes
             .step_by(SWEEP_FRAMES as usize)

@@ -37,6 +37,7 @@ fn read_vectors<const N: usize>(
         }
         vector
     };
+    // Elements without a view are zero, but components that the accessor lacks keep their blank value.
     let mut zero = blank;
     zero[..components].fill(0.0);
     read_elements(accessor, buffers, zero, only, &decode)
@@ -178,6 +179,7 @@ fn replace_sparse<T>(
         if place as usize >= range.count {
             return Err(range.out_of_bounds());
         }
+        // Values that are not read have no slot.
         let slot = match only {
             Some(only) => only.binary_search(&place).ok(),
             None => Some(place as usize),
@@ -214,6 +216,7 @@ impl Range {
                 element,
             });
         }
+        // The last element may end before its stride does.
         let end = |count: usize| (count - 1).checked_mul(stride)?.checked_add(element);
         let length = if self.count > 0 {
             end(self.count)

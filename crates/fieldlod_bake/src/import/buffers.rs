@@ -65,6 +65,7 @@ fn unpack_views(
             view: view.index(),
             fault,
         })?;
+        // The allowance is for the file, not for each view: many views may name the same few bytes.
         left -= bytes.len();
         unpacked.insert(view.index(), bytes);
     }

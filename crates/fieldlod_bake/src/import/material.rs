@@ -52,6 +52,7 @@ impl Materials<'_> {
         }
         let with_image: Vec<(usize, Vec<Textured>)> = with_image.into_iter().collect();
         let mut read = Vec::new();
+        // Surfaces keep a small copy of the texture, so only the images of one chunk are in memory at full size.
         for few in with_image.chunks(IMAGES_AT_ONCE) {
             let few = few.par_iter();
             read.par_extend(few.map(|(image, textured)| self.of_image(*image, textured)));

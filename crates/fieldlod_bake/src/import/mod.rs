@@ -113,6 +113,7 @@ impl Import {
             let name = name.clone();
             clips.push(Clip { name, channels });
         }
+        // A clip that moves only other nodes would add nothing but the bind pose.
         clips.retain(|clip| !clip.channels.is_empty());
         if clips.is_empty() {
             return Err(ClipFault::NoNode);

@@ -82,6 +82,7 @@ impl Task<'_> {
             radius * SURFACE_TOLERANCE,
         );
         // Elements get the rest of the budget.
+        // Surfaces may end above or below their part of the budget.
         let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
         let (elements, element_error) = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
@@ -214,6 +215,8 @@ impl Task<'_> {
                 self.restore(simplified, &before);
                 *element = before;
             } else if element.area < before.area * RESCALE_BELOW_AREA {
+                // Moved vertices have interpolated attributes. Their mean must stay, or the colour of the crown drifts
+                // with each level.
                 let mean = self.mean_row(&rows, &before);
                 let area = before.area * self.area_gain;
                 self.fit(simplified, element, area, before.centroid, &mean);

@@ -48,6 +48,7 @@ impl Task<'_> {
         {
             let index = step.element;
             let is_gone = elements[index].triangles.is_empty();
+            // Neighbours that replaced others have new costs. Their older entries in the heap are skipped.
             if is_gone || step != Step::of(index, &elements, &may_flatten) {
                 continue;
             }
@@ -204,6 +205,7 @@ impl Step {
         let element = &elements[index];
         let count = element.triangles.len() as f32;
         let pruned = element.visible_px / count;
+        // Two triangles remain after flattening, so it saves two less than pruning.
         let flattened = FLATTENING_COST * element.visible_px / (count - 2.0);
         let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
         Self {

@@ -131,6 +131,7 @@ impl Prepared<'_> {
             for group in groups {
                 coder.add_group(group);
             }
+            // Unused vertices and origins belong to no level. In the last section they do not delay a coarser one.
             if number == last {
                 unused_vertices = coder.add_unused();
                 coder.coded.moved_from.clone_from(&hierarchy.moved_from);

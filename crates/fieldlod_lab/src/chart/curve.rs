@@ -118,6 +118,7 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
 
 /// Does the work of [`triangles_at_error`] on pairs of triangles and error.
 fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
+    // Full detail has no error, and an empty picture no triangles: neither has a logarithm.
     let points: Vec<(f64, f64)> = points.filter(|(cost, _)| *cost > 0.0).collect();
     let (exact, usable): (Vec<_>, Vec<_>) = points.iter().partition(|(_, error)| *error <= 0.0);
     let logs = usable

@@ -41,6 +41,7 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     ImageError {
         rmse: (squares.sum::<f64>() / (3.0 * pixels)).sqrt(),
         silhouette_px: silhouette_px(reference, picture),
+        // FLIP is a mean over the whole picture. Scaled, it is a mean over the same pixels as the RMSE.
         flip: with_flip.then(|| flip_mean(reference, picture) * shown.len() as f64 / pixels),
     }
 }

@@ -119,6 +119,7 @@ fn threshold_at_equal_error(
         } else {
             FIRST_POWER
         };
+        // A step of at most 4.5 times: a wrong first power must not leave the range of thresholds.
         let next = tried.0 - (tried.1 / power).clamp(-1.5, 1.5);
         last = Some(tried);
         tried = (next, log_ratio_at(next)?);

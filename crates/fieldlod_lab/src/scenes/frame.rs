@@ -59,6 +59,7 @@ impl<'a> Frame<'a> {
     /// Draws full detail as the reference.
     pub(super) fn new(stage: &'a Stage, eye: &'a Eye) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
+        // Culled like the cuts, so that both pictures lack the same units.
         let sources = views.iter().map(|view| view.object.source_units());
         let sources: Cuts = sources.collect();
         Ok(Self {

@@ -78,6 +78,7 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
                 .map(|unit| mesh_bytes(unit, vertex_bytes))
                 .sum::<u64>()
         };
+        // Filling pages one after the other would leave a last page of a few groups, which costs a whole read.
         let total: u64 = groups.iter().map(bytes).sum();
         let count = total.div_ceil(page_bytes.max(1)).max(1);
         let mut so_far = 0;
@@ -188,6 +189,7 @@ fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
             [],
         );
     }
+    // The encoder takes vertices from the rows; it reads only the number of positions.
     page.vertices.positions = vec![Vec3::ZERO; indices.len()];
     page.source_vertex_count = indices.len() as u32;
     (page, rows)

@@ -93,6 +93,7 @@ impl History {
     fn push_vertex(&mut self, vertex: u16) {
         self.recent[self.recent_count % RECENT] = vertex;
         self.recent_count += 1;
+        // Lists are in the order of first use, so the vertex after the highest one is the likely next one.
         if vertex >= self.next {
             self.next = vertex.wrapping_add(1);
         }
@@ -119,6 +120,7 @@ impl History {
     #[inline(always)]
     fn push_edges_of(&mut self, step: Step) {
         let [a, b, c] = step.corners;
+        // A shared edge has both its triangles now, so no later triangle will look for it.
         if step.opposite.is_none() {
             self.push_edge([b, a, c]);
         }
@@ -152,6 +154,8 @@ impl Symbols {
             let step = match history.find(triangle) {
                 Some((age, turn)) => {
                     let corners = std::array::from_fn(|k| triangle[(turn + k) % 3]);
+                    // Most triangles start at their lowest vertex. Coded from there, the first corner is mostly 0 and
+                    // costs few bits.
                     let begin = (6 - turn - first_corner(corners)) % 3;
                     self.edges.push((age * 3 + begin) as u32);
                     let opposite = history.edge(age).map(|edge| edge[2]);

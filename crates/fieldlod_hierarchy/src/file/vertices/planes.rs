@@ -48,6 +48,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>)
     let predictions = targets.predictions;
     for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
+        // Positions are the first columns, so at normals the rows hold what a reader will have decoded.
         let normals = targets.normals_for(predict, rows);
         let mut residuals = vec![Vec::with_capacity(predictions.len()); count];
         for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {

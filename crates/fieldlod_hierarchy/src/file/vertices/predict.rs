@@ -33,6 +33,7 @@ pub(crate) fn residuals_of<const N: usize>(
     if !matches!(predict, Predict::FloatDirection | Predict::FloatNormal) {
         return std::array::from_fn(|k| residual(predict, target[k], guesses[k]));
     }
+    // The third coordinate follows from the other two with the least rounding if it is the largest.
     let [x, y, z] = axes_by_size(guesses);
     let last = coordinate(target[x], target[y], guesses[z]);
     let mut residuals = [0; N];

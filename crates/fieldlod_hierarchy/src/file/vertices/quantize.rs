@@ -32,9 +32,11 @@ impl Grid {
         let ends = (f32::INFINITY, f32::NEG_INFINITY);
         let finite = values.filter(|value| value.is_finite());
         let (min, max) = finite.fold(ends, |(min, max), x| (min.min(x), max.max(x)));
+        // No value is finite. Every number then decodes to zero.
         if min > max {
             return Self::default();
         }
+        // In `f64`, because the difference of two large values may exceed the range of `f32`.
         let (min, max) = (f64::from(min), f64::from(max));
         let step = (max - min) / f64::from(Self::LAST);
         Self { min, step }
@@ -99,11 +101,13 @@ impl Grids {
 pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
     let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
+    // Rounded up: the conversion to `f32` must not make the bound smaller than a distance.
     let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();
     let mut hierarchy = Hierarchy {
         vertices,
         ..hierarchy.clone()
     };
+    // No vertex leaves a sphere by more than it moves. Boxes are computed anew, because culling needs them tight.
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
     }

@@ -62,6 +62,7 @@ impl IndexPredictor {
         let index = code(if self.score > 0 { in_line } else { like });
         let by_like = zigzag(index.wrapping_sub(like));
         let by_line = zigzag(index.wrapping_sub(in_line));
+        // Which rule is better depends on how the tool that wrote the mesh numbers vertices, so recent vertices decide.
         self.score += i32::from(by_like > by_line) - i32::from(by_like < by_line);
         self.score = self.score.clamp(-MAX_SCORE, MAX_SCORE);
         self.last_source = index;

@@ -58,6 +58,24 @@ fn interpenetrating() -> SourceMesh {
     mesh
 }
 
+/// A ball with triangles that have a corner twice, in all orders.
+fn with_corners_twice() -> SourceMesh {
+    let mut mesh = fixtures::icosphere(3);
+    let triangles = mesh.indices.as_chunks::<3>().0.to_vec();
+    let orders = [
+        [0, 0, 1],
+        [0, 1, 0],
+        [1, 0, 0],
+        [1, 1, 0],
+        [0, 1, 1],
+        [1, 0, 1],
+    ];
+    for (triangle, order) in triangles.iter().step_by(3).zip(orders.iter().cycle()) {
+        mesh.indices.extend(order.map(|corner| triangle[corner]));
+    }
+    mesh
+}
+
 #[test]
 fn degenerate_meshes_pass_verification() {
     let settings = VerifySettings {
@@ -75,6 +93,7 @@ fn degenerate_meshes_pass_verification() {
         ("huge", scaled(fixtures::rock(4, 1), 1e6)),
         ("islands", fixtures::islands(100_000)),
         ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
+        ("corners twice", with_corners_twice()),
     ] {
         let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
         let verified = verify(&mesh, &hierarchy, &settings);
@@ -219,4 +238,24 @@ fn deviation_includes_overhang_of_planar_borders() {
         let least = 0.71 * (1.0 - (std::f32::consts::TAU / sides).cos());
         assert!(largest > least * 0.9, "{largest} of {least}");
     }
+}
+
+/// Metres in the coordinates of a map, which are multiples of half a metre.
+#[test]
+fn deviations_have_no_floor_far_from_origin() {
+    let corner = Vec3::new(500_000.0, 100.0, 4_500_000.0);
+    let mut far = scaled(fixtures::height_field(64), 1000.0);
+    far.positions.iter_mut().for_each(|p| {
+        p.y *= 0.01;
+        *p += corner;
+    });
+    let mut near = far.clone();
+    near.positions.iter_mut().for_each(|p| *p -= corner);
+    let [far, near] = [far, near].map(|mesh| {
+        let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
+        let groups = hierarchy.groups.iter();
+        groups.fold(f32::MAX, |least, group| least.min(group.deviation_in_local))
+    });
+    assert!(far < near * 1.1, "{far} {near}");
 }

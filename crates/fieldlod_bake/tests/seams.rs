@@ -20,7 +20,30 @@ fn machine() -> SourceMesh {
     machine
 }
 
-/// Atlas cell of the machine.
+/// Bent cards, as of hair. Each card has a cell of an atlas.
+fn hair() -> SourceMesh {
+    let cards = (0..600u16).map(|index| {
+        let mut card = fixtures::plane(3);
+        let angle = f32::from(index) * 2.4;
+        let out = Vec3::new(angle.cos(), 0.0, angle.sin());
+        let side = Vec3::new(-out.z, 0.0, out.x) * 0.1;
+        let cell = Vec2::new(f32::from(index % 8), f32::from(index / 8 % 8));
+        let vertices = &mut card.vertices;
+        for (position, uv) in vertices.positions.iter_mut().zip(&mut vertices.uvs) {
+            let bend = uv.y * uv.y;
+            *position =
+                out * (1.0 + bend) + side * uv.x + Vec3::Y * (f32::from(index % 11) * 0.2 - uv.y);
+            *uv = (cell + 0.02 + *uv * 0.96) / 8.0;
+        }
+        fixtures::with_smooth_normals(card)
+    });
+    SourceMesh {
+        has_other_attributes: true,
+        ..fixtures::joined(&cards.collect::<Vec<_>>())
+    }
+}
+
+/// Atlas cell of the machine and of the hair.
 fn cell(uv: Vec2) -> UVec2 {
     (uv * 8.0).as_uvec2()
 }
@@ -34,15 +57,16 @@ fn untorn_triangles(baked: &Hierarchy) -> impl Iterator<Item = [u32; 3]> {
 
 #[test]
 fn texture_coordinates_stay_in_their_atlas_cell() {
-    let machine = machine();
-    let baked = bake(&machine);
-    let mut moved: Vec<u32> = untorn_triangles(&baked).flatten().collect();
-    moved.retain(|&vertex| vertex >= baked.source_vertex_count);
-    assert!(moved.len() > 1_000);
-    for vertex in moved {
-        let origin = baked.origin_of(vertex).unwrap();
-        let [uv, of_origin] = [vertex, origin].map(|v| baked.vertices.uvs[v as usize]);
-        assert_eq!(cell(uv), cell(of_origin), "{uv} from {of_origin}");
+    for mesh in [machine(), hair()] {
+        let baked = bake(&mesh);
+        let mut moved: Vec<u32> = untorn_triangles(&baked).flatten().collect();
+        moved.retain(|&vertex| vertex >= baked.source_vertex_count);
+        assert!(moved.len() > 1_000);
+        for vertex in moved {
+            let origin = baked.origin_of(vertex).unwrap();
+            let [uv, of_origin] = [vertex, origin].map(|v| baked.vertices.uvs[v as usize]);
+            assert_eq!(cell(uv), cell(of_origin), "{uv} from {of_origin}");
+        }
     }
 }
 

@@ -25,13 +25,14 @@ use self::refine::{
 use self::samples::{MeasuredSample, samples_by_cluster};
 use crate::levels::clusters::{Cluster, Sample};
 use crate::levels::simplify::{Method, Simplified};
-use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
+use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT, power_of_two_above};
 use crate::mesh::SourceMesh;
+use crate::mesh::bounds::offset_of;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Distances below this, in scaled units, are rounding errors: three steps of an `f32` between 1 and 2.
+/// Distances below this share of the largest coordinate are rounding errors: three steps of an `f32` between 1 and 2.
 const ROUNDING: f32 = 4e-7;
 /// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
 /// with only such samples are not refined. A larger share is faster, but may miss the farthest point.
@@ -51,7 +52,12 @@ const SOURCE_SPLITS: u32 = 3;
 /// The source surface to which simplified surfaces are compared.
 pub(crate) struct SourceSurface {
     target: Target,
+    /// Positions minus `offset`.
     positions: Vec<Vec3>,
+    /// Keeps the digits of distances far from the origin.
+    offset: Vec3,
+    /// Smaller distances are rounding errors.
+    rounding_in_scaled: f32,
     has_borders: bool,
     /// Whether the whole source is refined.
     refines_all: bool,
@@ -139,10 +145,18 @@ fn has_borders(mesh: &SourceMesh, vertices: &LevelVertices) -> bool {
     vertices.is_border.contains(&true) || !sorted.all(|places| seen.insert(places))
 }
 
+/// Distances below it are rounding errors.
+fn rounding_of(positions: &[Vec3]) -> f32 {
+    // Squares of the least distance must not underflow if all positions are equal.
+    ROUNDING * power_of_two_above(positions).clamp(f32::EPSILON, 1.0)
+}
+
 impl SourceSurface {
     pub(crate) fn of(mesh: &SourceMesh, vertices: &LevelVertices) -> Self {
         let (triangles, _) = mesh.indices.as_chunks::<3>();
-        let positions: Vec<Vec3> = vertices.positions.iter().copied().map(Vec3::from).collect();
+        let positions = vertices.positions.iter().copied().map(Vec3::from);
+        let offset = offset_of(positions.clone());
+        let positions: Vec<Vec3> = positions.map(|p| p - offset).collect();
         let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
         let firsts = vertices.same_position.iter().zip(0..);
         let places = firsts.filter(|&(&first, vertex)| first == vertex).count() as f32;
@@ -152,7 +166,9 @@ impl SourceSurface {
                 consumed: None,
                 range_in_scaled: 0.0,
             },
+            rounding_in_scaled: rounding_of(&positions),
             positions,
+            offset,
             has_borders: has_borders(mesh, vertices),
             refines_all: triangles.len() <= SMALL_MESH
                 || places > MANY_COMPONENTS * triangles.len() as f32,
@@ -171,7 +187,7 @@ impl SourceSurface {
         finer_in_scaled: f32,
     ) -> Measured {
         let least_in_scaled = finer_in_scaled.max(simplified.least_deviation_in_scaled);
-        let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
+        let position = |own: u32| Vec3::from(simplified.positions[own as usize]) - self.offset;
         let triangles = clusters
             .iter()
             .flat_map(|corners| corners.as_chunks::<3>().0);
@@ -179,12 +195,12 @@ impl SourceSurface {
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
         let surface = TriangleTree::new(corners.iter().copied());
         // The deviations of finer groups include the margin.
-        let farthest = (least_in_scaled / SAMPLING_MARGIN).max(ROUNDING);
+        let farthest = (least_in_scaled / SAMPLING_MARGIN).max(self.rounding_in_scaled);
         let mut farthest = farthest * farthest;
         let effort = self.effort(triangles_of_level);
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
-            range_in_scaled: finer_in_scaled + ROUNDING,
+            range_in_scaled: finer_in_scaled + self.rounding_in_scaled,
             surface,
         };
         let measured = self.measure_source(part, &target, effort, &mut farthest);
@@ -221,7 +237,8 @@ impl SourceSurface {
         let (mut flipped, mut whole) = (0.0, 0.0);
         let (triangles, _) = simplified.corners.as_chunks::<3>();
         for triangle in triangles {
-            let corners = triangle.map(|own| Vec3::from(simplified.positions[own as usize]));
+            let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
+            let corners = triangle.map(|own| position(own) - self.offset);
             let own = area_vector(corners);
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             let faces_alike = |corners| area_vector(corners).dot(own) >= 0.0;
@@ -229,7 +246,7 @@ impl SourceSurface {
             if self
                 .target
                 .surface
-                .none_within(middle, reach + ROUNDING, faces_alike)
+                .none_within(middle, reach + self.rounding_in_scaled, faces_alike)
             {
                 flipped += own.length();
             }
@@ -326,7 +343,8 @@ impl SourceSurface {
         let corners = part
             .iter()
             .flat_map(|cluster| cluster.corners.as_chunks::<3>().0);
-        let positions = corners.map(|corners| corners.map(|vertex| vertices.position(vertex)));
+        let positions =
+            corners.map(|corners| corners.map(|vertex| vertices.position(vertex) - self.offset));
         Some(TriangleTree::new(positions))
     }
 

@@ -94,3 +94,61 @@ impl Task<'_> {
         changed.flat_map(|((from, to), _)| [from, to]).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::OnceLock;
+
+    use super::*;
+    use crate::config::BakeConfig;
+    use crate::fixtures;
+    use crate::levels::simplify::Method;
+    use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT, Piece};
+    use crate::mesh::SourceMesh;
+    use crate::mesh::surfaces::Surfaces;
+    use crate::mesh::topology::Topology;
+
+    fn vertices_of(mesh: &SourceMesh) -> LevelVertices {
+        let surfaces = Surfaces::of([mesh]);
+        let topology = Topology::of(mesh, &surfaces);
+        LevelVertices::of(mesh, topology, surfaces, NORMAL_WEIGHT)
+    }
+
+    /// The whole mesh as one group.
+    fn task<'a>(
+        vertices: &'a LevelVertices,
+        mesh: &SourceMesh,
+        config: &'a BakeConfig,
+    ) -> Task<'a> {
+        let corners = mesh.indices.iter().map(|&v| vertices.corner[v as usize]);
+        let piece = Piece::of(corners, vertices);
+        Task {
+            vertices,
+            config,
+            same_position: piece.same_position(vertices),
+            uv_ranges: OnceLock::new(),
+            is_locked: vec![false; piece.vertices.len()],
+            visible_px: None,
+            ratio: config.simplify_ratio,
+            is_whole: true,
+            area_gain: 1.0,
+            piece,
+        }
+    }
+
+    /// One triangle of a part of a machine gets lost. Without its restoration, the group keeps all triangles.
+    #[test]
+    fn opened_part_does_not_block_others() {
+        let mesh = fixtures::machine(2);
+        let (config, vertices) = (BakeConfig::default(), vertices_of(&mesh));
+        let task = task(&vertices, &mesh, &config);
+        let mut moved = task.attempts().filter(|it| it.method == Method::Moved);
+        let mut opened = moved.next().unwrap();
+        opened.corners.truncate(opened.corners.len() - 3);
+        assert!(!task.opens_no_edge(&opened));
+        let restored = task.restore_opened(opened, 0.7).unwrap();
+        assert!(task.opens_no_edge(&restored));
+        let share = restored.corners.len() as f32 / task.piece.corners.len() as f32;
+        assert!(share < 0.65, "{share}");
+    }
+}

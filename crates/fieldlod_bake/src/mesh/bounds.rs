@@ -1,6 +1,6 @@
 //! Bounds and mean normals.
 
-use fieldlod_hierarchy::Sphere;
+use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{DVec3, Vec3};
 use meshopt::PositionDataAdapter;
 
@@ -40,6 +40,23 @@ fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
             radius: f32::INFINITY,
         }
     }
+}
+
+/// A mesh is far from the origin if its centre is more than this many times its size away: six bits of its coordinates
+/// are then equal.
+const FAR: f32 = 64.0;
+
+/// The point to subtract from positions before distances are computed. It is zero near the origin. Far away, as in
+/// coordinates of a map, it is the centre: squares of distances would otherwise be rounded to steps of the coordinates.
+/// The differences are exact (P. Sterbenz: Floating-Point Computation, 1974).
+pub(crate) fn offset_of(positions: impl Iterator<Item = Vec3>) -> Vec3 {
+    let aabb = Aabb::around(positions).unwrap_or_default();
+    let (center, size) = ((aabb.min + aabb.max) * 0.5, aabb.max - aabb.min);
+    if center.abs().max_element() <= size.max_element() * FAR {
+        return Vec3::ZERO;
+    }
+    // A difference is exact if both numbers are within a factor of two.
+    Vec3::select(center.abs().cmpge(size), center, Vec3::ZERO)
 }
 
 /// Sum of unit normals, weighted by area.

@@ -6,6 +6,7 @@ use glam::Vec3;
 use super::report::VerifySettings;
 use crate::levels::vertices::power_of_two_above;
 use crate::mesh::SourceMesh;
+use crate::mesh::bounds::offset_of;
 use crate::mesh::used_vertices::Compact;
 
 /// A hierarchy, its source mesh, and the settings.
@@ -13,7 +14,7 @@ pub(super) struct Subject<'a> {
     pub(super) mesh: &'a SourceMesh,
     pub(super) hierarchy: &'a Hierarchy,
     pub(super) settings: &'a VerifySettings,
-    /// Positions of all vertices in scaled units, in which squares do not overflow.
+    /// Positions of all vertices in scaled units around the mesh, in which squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
     /// For each vertex of the source, the first vertex at its place.
@@ -35,12 +36,12 @@ impl<'a> Subject<'a> {
         hierarchy: &'a Hierarchy,
         settings: &'a VerifySettings,
     ) -> Self {
-        let scaled_from_local = power_of_two_above(&compact.mesh.positions).recip();
-        let positions = hierarchy
-            .vertices
-            .positions
-            .iter()
-            .map(|p| *p * scaled_from_local);
+        let source = compact.mesh.positions.iter();
+        let offset = offset_of(source.clone().copied());
+        let source: Vec<Vec3> = source.map(|p| *p - offset).collect();
+        let scaled_from_local = power_of_two_above(&source).recip();
+        let positions = hierarchy.vertices.positions.iter();
+        let positions = positions.map(|p| (*p - offset) * scaled_from_local);
         Self {
             mesh,
             hierarchy,

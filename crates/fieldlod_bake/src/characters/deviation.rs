@@ -18,7 +18,9 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 const SAMPLES: f32 = 4096.0;
 /// The largest number of sample rows on one triangle. It limits the time that a large triangle takes.
 const MOST_ROWS: u32 = 12;
-/// Searches end early at distances below this share of the largest. These distances do not affect the choice of levels.
+/// Searches end early at distances below this share of the largest. The distances of components are then upper bounds,
+/// by which small components keep their triangles: with looser bounds, BrainStem's coarsest level has 1,231 instead of
+/// 1,257 triangles. A smaller share searches more.
 const IGNORED: f32 = 0.25;
 /// Bounds below this share of the largest squared distance cannot raise it. Larger shares are within rounding errors.
 const ROUNDING: f32 = 0.99;
@@ -193,6 +195,7 @@ struct Measured {
     from_level: Vec<Near>,
     /// The largest distance of each group.
     farthest: Vec<f32>,
+    /// The root mean square if searches are exact.
     rms: f32,
 }
 

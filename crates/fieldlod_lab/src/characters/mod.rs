@@ -4,6 +4,7 @@
 //! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
 //! `Permissive`, as gltfpack can.
 
+mod curve;
 mod motion;
 mod pictures;
 
@@ -16,9 +17,8 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 use serde::Serialize;
 
-use crate::chart::curve::at_error;
-use crate::chart::ratios::geometric_mean;
 use crate::render::{RenderError, Renderer};
+use curve::{Curve, geometric_mean};
 pub use motion::{Motion, MotionFrame};
 pub use pictures::{PictureOptions, Pictures};
 
@@ -210,29 +210,13 @@ impl<'a> Subject<'a> {
             poses: self.poses.len(),
             of_promise: largest_share(&own, &self.stated),
             plain_of_bind: largest_share(&plain, &in_bind),
-            at_equal_deviation: relative(&levels, &plain_points),
+            at_equal_deviation: Curve::of(&plain_points).relative(&levels),
             levels,
             plain: plain_points,
             pictures: pictures.transpose()?,
             motion: motion.transpose()?,
         })
     }
-}
-
-/// The mean ratio of triangles of levels to those of the baseline at equal errors. `None` if no error is between two of
-/// the baseline.
-fn relative(levels: &[(usize, f32)], baseline: &[(usize, f32)]) -> Option<f64> {
-    fn points(levels: &[(usize, f32)]) -> impl Iterator<Item = (f64, f64)> {
-        let points = levels.iter();
-        points.map(|&(triangles, error)| (triangles as f64, error.into()))
-    }
-    let own = points(levels);
-    mean(own.filter_map(|(triangles, error)| Some(triangles / at_error(points(baseline), error)?)))
-}
-
-/// The geometric mean. `None` without values.
-fn mean(ratios: impl Iterator<Item = f64>) -> Option<f64> {
-    Some(geometric_mean(ratios)).filter(|mean| *mean > 0.0)
 }
 
 /// A row for each character, and the means.
@@ -258,14 +242,14 @@ pub fn table(results: &[CharacterResult]) -> String {
             or_none(pictures.and_then(|pictures| pictures.at_equal_rmse)),
         );
     }
-    let mean_of = |ratio: fn(&CharacterResult) -> Option<f64>| {
-        or_none(mean(results.iter().filter_map(ratio)))
+    let mean = |ratio: fn(&CharacterResult) -> Option<f64>| {
+        or_none(geometric_mean(results.iter().filter_map(ratio)))
     };
     let _ = writeln!(
         text,
         "mean: {} at equal deviation, {} at equal RMSE",
-        mean_of(|result| result.at_equal_deviation),
-        mean_of(|result| result.pictures.as_ref()?.at_equal_rmse),
+        mean(|result| result.at_equal_deviation),
+        mean(|result| result.pictures.as_ref()?.at_equal_rmse),
     );
     text + &motion_table(results)
 }

@@ -4,7 +4,7 @@ use fieldlod_bake::{Character, Pose, Surface};
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere, Vertices};
 use serde::Serialize;
 
-use super::{mean, relative};
+use super::curve::{Curve, geometric_mean};
 use crate::measure::image_error;
 use crate::props::{direction, eye};
 use crate::render::{RenderError, Renderer};
@@ -76,9 +76,9 @@ impl Pictures {
             .map(|points| points[own.len()..].to_vec())
             .collect();
         let pairs = rmse.iter().zip(&plain_rmse);
-        let ratios = pairs.filter_map(|(own, plain)| relative(own, plain));
+        let ratios = pairs.filter_map(|(own, plain)| Curve::of(plain).relative(own));
         Ok(Self {
-            at_equal_rmse: mean(ratios),
+            at_equal_rmse: geometric_mean(ratios),
             rmse,
             plain_rmse,
         })

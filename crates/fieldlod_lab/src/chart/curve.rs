@@ -117,7 +117,7 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
 }
 
 /// Does the work of [`triangles_at_error`] on pairs of triangles and error.
-pub(crate) fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
+fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
     let usable = points.filter(|(cost, error)| *cost > 0.0 && *error > 0.0);
     let logs = usable.map(|(cost, error)| (cost.ln(), error.ln()));
     let mut logs: Vec<(f64, f64)> = logs.collect();

@@ -25,11 +25,11 @@
 //! Pictures are small, because software adapters are slow. Thresholds in pixels scale with the picture, so a small
 //! picture of a mesh in small units represents a large picture of a finer mesh.
 
-pub(crate) mod curve;
+mod curve;
 mod draw;
 mod generated;
 mod pose;
-pub(crate) mod ratios;
+mod ratios;
 mod report;
 mod sweep;
 

@@ -58,7 +58,7 @@ fn ratio(pose: &PoseResult, method: Method, measure: Measure, at_px: f64) -> Opt
 }
 
 /// The geometric mean of positive values; 0 without values.
-pub(crate) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
+pub(super) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
     let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
     if logs.is_empty() {
         return 0.0;

@@ -78,11 +78,11 @@ mod verify;
 pub const REVISION: u32 = 4;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
-#[cfg(any(test, feature = "test-support"))]
-pub use characters::plain_levels;
 #[doc(hidden)]
-pub use characters::{Character, Distances, Part, Pose, clip_poses, distances};
+pub use characters::{Character, Part, Pose, clip_poses, deviations};
 pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
+#[cfg(any(test, feature = "test-support"))]
+pub use characters::{plain_levels, pose_at};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{

@@ -114,13 +114,6 @@ impl<'a> Character<'a> {
         self.joints_by_weight.first().copied()
     }
 
-    pub(super) fn component_count(&self) -> usize {
-        self.component
-            .iter()
-            .max()
-            .map_or(0, |last| *last as usize + 1)
-    }
-
     /// The triangles of all parts.
     #[must_use]
     pub fn triangles(&self) -> &[[u32; 3]] {

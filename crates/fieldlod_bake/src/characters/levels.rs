@@ -4,7 +4,7 @@ use fieldlod_hierarchy::{Group, Hierarchy, Sphere};
 use rayon::prelude::*;
 
 use super::character::{Character, Part};
-use super::deviation::{Distances, distances};
+use super::deviation::{deviations, deviations_of_components, mean_distances};
 use super::poses::{Pose, Training};
 use super::simplify::{Simplifier, Way};
 use crate::config::BakeConfig;
@@ -113,25 +113,37 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     let simplified = jobs.par_iter();
     let simplified = simplified.map(|(target, way)| simplifier.simplify(*target, *way));
     let candidates: Vec<Vec<[u32; 3]>> = simplified.collect();
-    let measured = distances(character, few, &candidates);
+    let measured = deviations_of_components(character, few, &candidates);
     let candidates: Vec<_> = candidates.into_iter().zip(measured).collect();
     let mut levels = vec![Level {
         triangles: character.triangles().to_vec(),
         deviation: 0.0,
         rms: 0.0,
     }];
+    let mut simplified = Vec::new();
     for of_level in candidates.chunks(WAYS.len()) {
         let last = &levels[levels.len() - 1];
         let most = last.triangles.len() as f32 * config.stuck_ratio;
-        let with_floor = of_level
-            .iter()
-            .map(|(triangles, distances)| last.coarser(character, triangles, distances));
-        let usable = with_floor.filter(|level| level.triangles.len() as f32 <= most);
-        let best = usable.min_by(|a, b| a.deviation.total_cmp(&b.deviation));
-        levels.extend(best);
+        let with_floor = of_level.iter().map(|(triangles, of_components)| {
+            let level = last.coarser(character, triangles, of_components);
+            (triangles, level)
+        });
+        let usable = with_floor.filter(|(_, level)| level.triangles.len() as f32 <= most);
+        let best = usable.min_by(|(_, a), (_, b)| a.deviation.total_cmp(&b.deviation));
+        if let Some((triangles, level)) = best {
+            simplified.push(triangles);
+            levels.push(level);
+        }
+    }
+    let mut rms = 0.0f32;
+    let means = mean_distances(character, few, &simplified);
+    for (level, mean) in levels.iter_mut().skip(1).zip(means) {
+        // Errors must not shrink towards coarser levels.
+        rms = rms.max(mean);
+        level.rms = rms;
     }
     if few.len() < training.poses.len() && config.measure_deviation {
-        measure_again(character, &training.poses, &mut levels);
+        measure_again(character, &training.poses, &mut levels[1..]);
     }
     levels
 }
@@ -139,11 +151,11 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
 /// Measures levels in all training poses. A part of these poses was used to choose the levels.
 fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]) {
     let triangles: Vec<&[[u32; 3]]> = levels.iter().map(|level| &*level.triangles).collect();
-    let measured = distances(character, poses, &triangles);
+    let measured = deviations(character, poses, &triangles);
     let mut deviation = 0.0f32;
-    for (level, distances) in levels.iter_mut().zip(measured) {
+    for (level, own) in levels.iter_mut().zip(measured) {
         // Deviations must not shrink towards coarser levels.
-        deviation = deviation.max(distances.max());
+        deviation = deviation.max(own);
         level.deviation = deviation;
     }
 }
@@ -164,25 +176,25 @@ impl Level {
         &self,
         character: &Character<'_>,
         triangles: &[[u32; 3]],
-        distances: &Distances,
+        of_components: &[f32],
     ) -> Self {
         let component = |triangle: &[u32; 3]| character.component[triangle[0] as usize] as usize;
-        let mut is_left = vec![false; distances.of_components.len()];
+        let mut is_left = vec![false; of_components.len()];
         triangles
             .iter()
             .for_each(|triangle| is_left[component(triangle)] = true);
-        let numbered = distances.of_components.iter().enumerate();
+        let numbered = of_components.iter().enumerate();
         let of_left = numbered.filter(|(index, _)| is_left[*index]);
         let deviation = of_left.fold(self.deviation, |most, (_, own)| most.max(*own));
         let is_kept = |triangle: &&[u32; 3]| {
             let own = component(triangle);
-            !is_left[own] && distances.of_components[own] > deviation
+            !is_left[own] && of_components[own] > deviation
         };
         let kept = self.triangles.iter().filter(is_kept);
         Self {
             triangles: triangles.iter().chain(kept).copied().collect(),
             deviation,
-            rms: distances.rms.max(self.rms),
+            rms: 0.0,
         }
     }
 }

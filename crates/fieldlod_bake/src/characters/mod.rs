@@ -21,7 +21,9 @@ use crate::import::{Import, PrimitivePlace};
 use crate::mesh::MeshError;
 use crate::report::BakeReport;
 pub use character::{Character, Part};
-pub use deviation::{Distances, distances};
+pub use deviation::deviations;
+#[cfg(any(test, feature = "test-support"))]
+pub use poses::pose_at;
 pub use poses::{Pose, clip_poses};
 #[cfg(any(test, feature = "test-support"))]
 pub use simplify::plain_levels;

@@ -4,7 +4,7 @@ use glam::{Affine3A, Mat4, Quat, Vec3};
 
 use super::character::Character;
 use crate::import::rig::ancestors;
-use crate::import::{Clip, Import, Node, Property};
+use crate::import::{Channel, Clip, Import, Node, Property};
 use crate::mesh::MAX_COORDINATE;
 
 /// Poses chosen from clips. Held-out clips deviate up to 1.9 times as far as 8 chosen poses, and up to 1.5 times as far
@@ -147,12 +147,18 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
         times.dedup();
         let step = times.len().div_ceil(most.clamp(1, MOST_OF_CLIP)).max(1);
         let rig = &rig;
-        times.into_iter().step_by(step).flat_map(move |time| {
-            let changes = own.iter().map(|own| (own.node, own.property, own.at(time)));
-            rig.poses(&changes.collect::<Vec<_>>())
-        })
+        let times = times.into_iter().step_by(step);
+        times.flat_map(move |time| rig.poses_at(own.iter().copied(), time))
     });
     poses.collect()
+}
+
+/// The pose at a time of a clip. `None` if it is degenerate.
+#[cfg(any(test, feature = "test-support"))]
+#[must_use]
+pub fn pose_at(character: &Character<'_>, import: &Import, clip: &Clip, time: f32) -> Option<Pose> {
+    let rig = Rig::of(character, import);
+    rig.poses_at(&clip.channels, time).into_iter().next()
 }
 
 /// Each joint bent by itself.
@@ -279,6 +285,16 @@ impl<'a> Rig<'a> {
             drawn_by,
             is_used,
         }
+    }
+
+    fn poses_at<'b>(
+        &self,
+        channels: impl IntoIterator<Item = &'b Channel>,
+        time: f32,
+    ) -> Vec<Pose> {
+        let channels = channels.into_iter();
+        let changes = channels.map(|own| (own.node, own.property, own.at(time)));
+        self.poses(&changes.collect::<Vec<_>>())
     }
 
     /// The poses in which some properties of nodes differ from the rest pose: one for each instance with other weights

@@ -4,7 +4,7 @@ use fieldlod_hierarchy::Hierarchy;
 
 use super::bound::bounds;
 use super::character::Character;
-use super::deviation::distances;
+use super::deviation::deviations;
 use super::poses::{Pose, Training, clip_poses};
 use crate::import::Import;
 use crate::verify::{VerifyError, VerifySettings, differing_triangles};
@@ -75,14 +75,14 @@ fn verify_character(
         poses: poses.len(),
         ..RiggedVerified::default()
     };
-    let measured = distances(character, &poses, &levels[1..]);
-    for (level, distances) in (1..).zip(measured) {
+    let measured = deviations(character, &poses, &levels[1..]);
+    for (level, deviation) in (1..).zip(measured) {
         // The deviation of a level is the deviation of the group that simplifies to it.
         let stated = stated[level - 1].deviation_in_local;
         if stated.is_infinite() {
             continue;
         }
-        let share = share_of(distances.max(), stated);
+        let share = share_of(deviation, stated);
         if share > 1.0 + settings.tolerance {
             let level = level as u32;
             return Err(VerifyError::SourceTooFar { level, share });

@@ -5,12 +5,13 @@
 //! `Permissive`, as gltfpack can.
 
 mod curve;
+mod motion;
 mod pictures;
 
 use std::fmt::Write;
 
 use fieldlod_bake::{
-    BakeConfig, Channel, Character, Clip, Import, Pose, bake_rigged, clip_poses, distances,
+    BakeConfig, Channel, Character, Clip, Import, Pose, bake_rigged, clip_poses, deviations,
     plain_levels,
 };
 use fieldlod_hierarchy::Hierarchy;
@@ -18,6 +19,7 @@ use serde::Serialize;
 
 use crate::render::{RenderError, Renderer};
 use curve::{Curve, geometric_mean};
+pub use motion::{Motion, MotionFrame};
 pub use pictures::{PictureOptions, Pictures};
 
 /// Files with more clips are split by clips, and others by time.
@@ -48,6 +50,8 @@ pub struct CharacterResult {
     pub at_equal_deviation: Option<f64>,
     /// Pictures, if they were drawn.
     pub pictures: Option<Pictures>,
+    /// The character in motion, if pictures were drawn.
+    pub motion: Option<Motion>,
 }
 
 /// Splits the clips of a file: the bake gets the first part.
@@ -123,15 +127,20 @@ pub fn measure(
             return None;
         }
         let subject = Subject::of(&character, &hierarchies, poses);
-        Some(subject.measure(name, drawing))
+        let moves =
+            |clip: &&Clip| !clip_poses(&character, &import, std::slice::from_ref(clip)).is_empty();
+        let clip = held_out.iter().find(moves)?;
+        Some(subject.measure(name, (&import, clip), drawing))
     });
     measured.collect()
 }
 
 struct Subject<'a> {
     character: &'a Character<'a>,
+    /// The first part.
+    baked: &'a Hierarchy,
     poses: Vec<Pose>,
-    /// The triangles of all levels, without the source.
+    /// The triangles of all levels, the source first.
     levels: Vec<Vec<[u32; 3]>>,
     stated: Vec<f32>,
     plain: Vec<Vec<[u32; 3]>>,
@@ -139,10 +148,10 @@ struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    fn of(character: &'a Character<'a>, baked: &[&Hierarchy], poses: Vec<Pose>) -> Self {
+    fn of(character: &'a Character<'a>, baked: &[&'a Hierarchy], poses: Vec<Pose>) -> Self {
         let first = baked[0];
         let count = first.groups.len();
-        let levels = (1..count).map(|level| character.triangles_at(baked, level));
+        let levels = (0..count).map(|level| character.triangles_at(baked, level));
         Self {
             levels: levels.collect(),
             stated: first
@@ -152,6 +161,7 @@ impl<'a> Subject<'a> {
                 .collect(),
             plain: plain_levels(character, 0.5, count.max(6)),
             radius: first.groups[0].bounds.radius,
+            baked: first,
             character,
             poses,
         }
@@ -160,18 +170,13 @@ impl<'a> Subject<'a> {
     fn measure(
         &self,
         name: &str,
+        playing: (&Import, &Clip),
         drawing: Option<(&Renderer, &PictureOptions)>,
     ) -> Result<CharacterResult, RenderError> {
-        let deviations = |poses: &[Pose], levels: &[Vec<[u32; 3]>]| -> Vec<f32> {
-            let distances = distances(self.character, poses, levels);
-            distances
-                .iter()
-                .map(fieldlod_bake::Distances::max)
-                .collect()
-        };
-        let own = deviations(&self.poses, &self.levels);
-        let plain = deviations(&self.poses, &self.plain);
-        let in_bind = deviations(&[Pose::default()], &self.plain);
+        let coarser = &self.levels[1..];
+        let own = deviations(self.character, &self.poses, coarser);
+        let plain = deviations(self.character, &self.poses, &self.plain);
+        let in_bind = deviations(self.character, &[Pose::default()], &self.plain);
         let largest_share = |found: &[f32], stated: &[f32]| {
             let shares = found.iter().zip(stated).filter(|(found, _)| **found > 0.0);
             shares
@@ -183,9 +188,9 @@ impl<'a> Subject<'a> {
             let relative = deviations.iter().map(|deviation| deviation / self.radius);
             counts.zip(relative).collect()
         };
-        let (levels, plain_points) = (points(&self.levels, &own), points(&self.plain, &plain));
+        let (levels, plain_points) = (points(coarser, &own), points(&self.plain, &plain));
         let pictures = drawing.map(|(renderer, options)| {
-            let own_and_plain = [&self.levels[..], &self.plain[..]];
+            let own_and_plain = [coarser, &self.plain[..]];
             Pictures::of(
                 renderer,
                 options,
@@ -193,6 +198,10 @@ impl<'a> Subject<'a> {
                 &self.poses,
                 own_and_plain,
             )
+        });
+        let motion = drawing.map(|(renderer, _)| {
+            let own_and_plain = [&self.levels[..], &self.plain[..]];
+            Motion::of(renderer, self.character, playing, self.baked, own_and_plain)
         });
         Ok(CharacterResult {
             name: name.to_owned(),
@@ -205,6 +214,7 @@ impl<'a> Subject<'a> {
             levels,
             plain: plain_points,
             pictures: pictures.transpose()?,
+            motion: motion.transpose()?,
         })
     }
 }
@@ -241,5 +251,31 @@ pub fn table(results: &[CharacterResult]) -> String {
         mean(|result| result.at_equal_deviation),
         mean(|result| result.pictures.as_ref()?.at_equal_rmse),
     );
+    text + &motion_table(results)
+}
+
+/// A row for each character that was drawn in motion.
+fn motion_table(results: &[CharacterResult]) -> String {
+    let mut text = String::from(
+        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of holes\n\
+         character         frames  changes  largest peak  largest step  holes  holes, plain\n",
+    );
+    for result in results {
+        let Some(motion) = &result.motion else {
+            continue;
+        };
+        let holes = |of: fn(&MotionFrame) -> f64| motion.frames.iter().map(of).sum::<f64>();
+        let _ = writeln!(
+            text,
+            "{:<16}  {:>6}  {:>7}  {:>12.2}  {:>12.2}  {:>5.1}  {:>12.1}",
+            result.name,
+            motion.frames.len(),
+            motion.changes(),
+            motion.largest_peak(),
+            motion.largest_step(),
+            holes(|frame| frame.holes_px),
+            holes(|frame| frame.plain_holes_px),
+        );
+    }
     text
 }

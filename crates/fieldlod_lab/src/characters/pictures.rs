@@ -1,6 +1,6 @@
 //! Pictures of posed levels.
 
-use fieldlod_bake::{Character, Pose};
+use fieldlod_bake::{Character, Pose, Surface};
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere, Vertices};
 use serde::Serialize;
 
@@ -45,17 +45,10 @@ impl Pictures {
         let mut sums = vec![vec![0.0f64; counts.len()]; sizes];
         let step = poses.len().div_ceil(options.poses).max(1);
         let poses: Vec<&Pose> = poses.iter().step_by(step).collect();
-        let surface = character
-            .parts
-            .first()
-            .and_then(|part| part.primitive.mesh.surface.clone());
-        let is_common = character
-            .parts
-            .iter()
-            .all(|part| part.primitive.mesh.surface == surface);
+        let surface = common_surface(character);
         for pose in &poses {
             let posed = posed(character, pose, own.iter().chain(plain));
-            let model = renderer.upload_textured(&posed, surface.as_deref().filter(|_| is_common));
+            let model = renderer.upload_textured(&posed, surface);
             let sphere = Sphere::around(posed.vertices.positions.iter().copied());
             for (size, &radius_px) in options.radii_px.iter().enumerate() {
                 for index in 0..options.directions {
@@ -92,8 +85,19 @@ impl Pictures {
     }
 }
 
+/// The surface of all parts. `None` if they differ.
+pub(super) fn common_surface<'a>(character: &Character<'a>) -> Option<&'a Surface> {
+    let mut surfaces = character
+        .parts
+        .iter()
+        .map(|part| &part.primitive.mesh.surface);
+    let first = surfaces.next()?;
+    let is_common = surfaces.all(|surface| surface == first);
+    first.as_deref().filter(|_| is_common)
+}
+
 /// A hierarchy with one unit for the source and one for each level, in a pose.
-fn posed<'a>(
+pub(super) fn posed<'a>(
     character: &'a Character<'_>,
     pose: &Pose,
     levels: impl Iterator<Item = &'a Vec<[u32; 3]>>,

@@ -159,6 +159,9 @@ impl TriangleTree {
     ) -> Option<NearestTriangle> {
         let last = (self.leaves.len() as u32).checked_sub(1)?;
         let mut best = self.nearest_in(start.map_or(0, |start| start.leaf).min(last), point);
+        if best.distance_squared <= enough {
+            return Some(best);
+        }
         // Boxes to visit, the nearest last. Most searches need less than this capacity.
         let mut pending: Vec<Pending> = Vec::with_capacity(64);
         pending.push((0.0, 0));

@@ -1,0 +1,185 @@
+//! Changes of level while an animated character moves away and comes back.
+
+use fieldlod_bake::{Character, Clip, Import, pose_at};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::{Cut, LodSettings, select};
+use glam::Affine3A;
+use serde::Serialize;
+
+use super::pictures::{common_surface, posed};
+use crate::measure::image_error;
+use crate::props::{ERROR_PX, direction, eye};
+use crate::render::{Picture, RenderError, Renderer, SUPERSAMPLING};
+
+/// Frames of the way back and forth: 8 seconds, with steps of 1.5 % of the distance. Longer steps add their own changes of
+/// the image error to those of the levels.
+const FRAMES: usize = 480;
+const SECONDS_PER_FRAME: f32 = 1.0 / 60.0;
+/// Radii on screen in pixels at both ends. All levels of a character are drawn between them.
+const RADII_PX: [f32; 2] = [200.0, 6.0];
+/// Frames on each side of a change that are its neighbours: a sixth of a second.
+const NEIGHBOURS: usize = 10;
+/// The outline of a level may move inwards by this many pixels. Background farther inside is a hole.
+const OUTLINE_PX: u32 = 2;
+
+/// The frames of an animated character on its way.
+#[derive(Clone, Debug, Serialize)]
+pub struct Motion {
+    /// The frames, 60 per second.
+    pub frames: Vec<MotionFrame>,
+}
+
+/// One frame, compared with full detail.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct MotionFrame {
+    /// The level that the selection chooses at 1 px of error.
+    pub level: u32,
+    /// The RMSE of this level.
+    pub rmse: f64,
+    /// The RMSE that the previous frame's level has in this frame, if the level changed.
+    pub rmse_without_change: Option<f64>,
+    /// Pixels of background where full detail covers the pixel and its surroundings.
+    pub holes_px: f64,
+    /// The same for the baseline's level with as many triangles.
+    pub plain_holes_px: f64,
+}
+
+impl Motion {
+    /// Moves a character away and back. `levels` has the triangles of all levels of `baked`, the source first; `plain` is
+    /// the baseline without the source.
+    pub(super) fn of(
+        renderer: &Renderer,
+        character: &Character<'_>,
+        (import, clip): (&Import, &Clip),
+        baked: &Hierarchy,
+        [levels, plain]: [&[Vec<[u32; 3]>]; 2],
+    ) -> Result<Self, RenderError> {
+        let settings = LodSettings::with_error_px(ERROR_PX);
+        let mut cut = Cut::default();
+        let mut last = None;
+        let surface = common_surface(character);
+        let mut frames = Vec::new();
+        for (radius_px, time) in way(clip) {
+            let eye = eye(&baked.groups[0].bounds, direction(3, 8), radius_px);
+            select(baked, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
+            let level = cut.units().first().map_or(0, |&unit| unit as usize);
+            let before = last.replace(level).filter(|last| *last != level);
+            let Some(pose) = pose_at(character, import, clip, time) else {
+                continue;
+            };
+            let drawn = [&levels[level], &levels[before.unwrap_or(level)]];
+            let plain = plain
+                .iter()
+                .find(|plain| plain.len() <= levels[level].len());
+            let posed = posed(character, &pose, drawn.into_iter().chain(plain));
+            let model = renderer.upload_textured(&posed, surface);
+            let full = renderer.draw(&model, &eye, &[0])?;
+            let picture = renderer.draw(&model, &eye, &[1])?;
+            let rmse = |picture: &Picture| image_error(&full, picture, false).rmse;
+            let of_before = before.map(|_| renderer.draw(&model, &eye, &[2]));
+            let of_plain = plain.map(|_| renderer.draw(&model, &eye, &[3]));
+            frames.push(MotionFrame {
+                level: level as u32,
+                rmse: rmse(&picture),
+                rmse_without_change: of_before.transpose()?.as_ref().map(rmse),
+                holes_px: holes_px(&full, &picture),
+                plain_holes_px: of_plain.transpose()?.map_or(0.0, |it| holes_px(&full, &it)),
+            });
+        }
+        Ok(Self { frames })
+    }
+
+    /// The number of changes of level.
+    #[must_use]
+    pub fn changes(&self) -> usize {
+        let changes = self
+            .frames
+            .iter()
+            .filter_map(|frame| frame.rmse_without_change);
+        changes.count()
+    }
+
+    /// The greatest RMSE in the frames before and after a change, relative to the greatest in the ten frames before and
+    /// after these: the largest over all changes. It is above 1 if an error stands out where a level changes.
+    #[must_use]
+    pub fn largest_peak(&self) -> f64 {
+        let most = |frames: &[MotionFrame]| frames.iter().map(|it| it.rmse).fold(0.0, f64::max);
+        let peaks = self.windows().map(|window| {
+            let (before, rest) = window.split_at(NEIGHBOURS);
+            let (change, after) = rest.split_at(2);
+            most(change) / most(before).max(most(after))
+        });
+        peaks.fold(0.0, f64::max)
+    }
+
+    /// The largest ratio of the RMSE of two levels in the frame of their change. Changes from and to full detail are left
+    /// out, because its RMSE is 0.
+    #[must_use]
+    pub fn largest_step(&self) -> f64 {
+        let changes = self.frames.iter();
+        let steps = changes.filter_map(|frame| {
+            let (with, without) = (frame.rmse, frame.rmse_without_change?);
+            (with.min(without) > 0.0).then(|| with.max(without) / with.min(without))
+        });
+        steps.fold(1.0, f64::max)
+    }
+
+    /// For each change, its two frames and their neighbours.
+    fn windows(&self) -> impl Iterator<Item = &[MotionFrame]> {
+        let windows = self.frames.windows(2 * NEIGHBOURS + 2);
+        windows.filter(|window| window[NEIGHBOURS + 1].rmse_without_change.is_some())
+    }
+}
+
+/// For each frame, the radius in pixels and the time of the clip. The clip runs forward and backward in turn.
+fn way(clip: &Clip) -> impl Iterator<Item = (f32, f32)> {
+    let times = || clip.channels.iter().flat_map(|channel| &channel.times);
+    let start = times().copied().fold(f32::INFINITY, f32::min);
+    let span = times().copied().fold(start, f32::max) - start;
+    let [near, far] = RADII_PX;
+    (0..FRAMES).map(move |frame| {
+        let away = 1.0 - (2.0 * frame as f32 / FRAMES as f32 - 1.0).abs();
+        let played =
+            (frame as f32 * SECONDS_PER_FRAME).rem_euclid((2.0 * span).max(f32::MIN_POSITIVE));
+        (
+            near * (far / near).powf(away),
+            start + played.min(2.0 * span - played),
+        )
+    })
+}
+
+/// Pixels of background in a picture, where `full` covers everything within [`OUTLINE_PX`].
+fn holes_px(full: &Picture, picture: &Picture) -> f64 {
+    let margin = (OUTLINE_PX * SUPERSAMPLING) as usize;
+    let [width, height] = (full.size_px * SUPERSAMPLING)
+        .to_array()
+        .map(|x| x as usize);
+    let is_inside = |x: usize, y: usize| {
+        let mut rows = y - margin..=y + margin;
+        rows.all(|y| {
+            full.covered[y * width + x - margin..=y * width + x + margin]
+                .iter()
+                .all(|it| *it)
+        })
+    };
+    let inner = |size: usize| margin..size.saturating_sub(margin);
+    let texels = inner(height).flat_map(|y| inner(width).map(move |x| (x, y)));
+    let holes = texels.filter(|&(x, y)| !picture.covered[y * width + x] && is_inside(x, y));
+    holes.count() as f64 / f64::from(SUPERSAMPLING * SUPERSAMPLING)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::tests::flat;
+    use glam::UVec2;
+
+    #[test]
+    fn holes_are_farther_inside_than_the_outline() {
+        let size = UVec2::new(16, 16);
+        let full = flat(size, 0.0, 8);
+        assert_eq!(holes_px(&full, &flat(size, 0.0, 6)), 0.0);
+        // Of the picture's height, 2 px above and below are too near to its edge.
+        assert_eq!(holes_px(&full, &flat(size, 0.0, 5)), 12.0);
+    }
+}

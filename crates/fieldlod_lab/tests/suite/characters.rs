@@ -1,0 +1,35 @@
+//! Levels of animated characters.
+
+use fieldlod_bake::import_gltf_bytes;
+use fieldlod_lab::characters::{PictureOptions, measure};
+
+use crate::character::character;
+use crate::common::renderer;
+
+/// While a character moves away and comes back, the image error around a change of level is at most 1.5 times that of
+/// neighbouring frames, and no background shows through.
+#[test]
+fn changes_of_level_in_motion_do_not_stand_out() {
+    let Some((renderer, _lock)) = renderer() else {
+        return;
+    };
+    let bytes = character(1.0).glb_bytes();
+    let import = import_gltf_bytes(&bytes, &|_| unreachable!("one file")).unwrap();
+    let options = PictureOptions {
+        directions: 0,
+        poses: 1,
+        radii_px: Vec::new(),
+    };
+    let mut failed = Vec::new();
+    let measured = measure("tube", import, Some((&renderer, &options)), &mut failed).unwrap();
+    assert_eq!(failed, Vec::<String>::new());
+    let motion = measured[0].motion.as_ref().unwrap();
+    assert!(
+        motion.frames.len() >= 200 && motion.changes() >= 4,
+        "{}",
+        motion.changes()
+    );
+    assert!(motion.largest_peak() <= 1.5, "{}", motion.largest_peak());
+    let holes = motion.frames.iter().map(|frame| frame.holes_px);
+    assert_eq!(holes.sum::<f64>(), 0.0);
+}

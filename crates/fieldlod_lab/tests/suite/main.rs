@@ -8,4 +8,3 @@ mod props;
 mod render;
 mod scenes;
 mod stability;
-mod stability_command;

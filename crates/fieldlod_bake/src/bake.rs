@@ -12,6 +12,7 @@ use crate::mesh::two_sided::Sheets;
 use crate::mesh::used_vertices::Compact;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::appearance::measure_levels;
+use crate::progress::Share;
 use crate::report::BakeReport;
 
 /// Bakes all levels of detail of one mesh.
@@ -32,24 +33,21 @@ pub fn bake_mesh_with_report(
     mesh: &SourceMesh,
     config: &BakeConfig,
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
-    bake_mesh_with_progress(mesh, &[], config, &|_| ())
+    bake_mesh_with_progress(mesh, &[], config, &Share::default())
 }
 
-/// [`bake_mesh`] with progress: `on_triangles` gets the number of triangles that each group consumed. All levels
-/// together have about twice the source triangles. `kept` marks vertices that stay at all levels: one value per vertex,
-/// or empty.
+/// [`bake_mesh`] with progress. `kept` marks vertices that stay at all levels: one value per vertex, or empty.
 pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
     kept: &[bool],
     config: &BakeConfig,
-    on_triangles: &dyn Fn(usize),
+    progress: &Share<'_>,
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     config.validate()?;
     let compact = Compact::of(mesh)?;
-    let used: &SourceMesh = &compact.mesh;
-    let surfaces = Surfaces::of([used]);
-    let kept = compact.at_used(kept);
-    let (hierarchy, report) = bake_valid_mesh(used, surfaces, &kept, config, on_triangles);
+    let (used, kept) = (&compact.mesh, compact.at_used(kept));
+    let (hierarchy, report) =
+        bake_valid_mesh(used, Surfaces::of([&**used]), &kept, config, progress);
     let hierarchy = compact.of_whole(hierarchy);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok((hierarchy, report))
@@ -61,7 +59,7 @@ pub(crate) fn bake_valid_mesh(
     surfaces: Surfaces,
     kept: &[bool],
     config: &BakeConfig,
-    on_triangles: &dyn Fn(usize),
+    progress: &Share<'_>,
 ) -> (Hierarchy, BakeReport) {
     // Weld vertices, and remove the backs of two-sided sheets: only one side is simplified.
     let topology = Topology::of(mesh, &surfaces);
@@ -71,13 +69,9 @@ pub(crate) fn bake_valid_mesh(
     let simplified = front.as_ref().unwrap_or(mesh);
     // Scale positions and weight attributes.
     let mut vertices = LevelVertices::of(simplified, topology, surfaces.clone(), NORMAL_WEIGHT);
-    vertices.keep((0..kept.len()).filter(|&vertex| kept[vertex]));
-    if config.lock_borders {
-        let is_border = vertices.is_border.clone();
-        vertices.keep((0..is_border.len()).filter(|&vertex| is_border[vertex]));
-    }
+    vertices.keep(kept, config.lock_borders);
     // Cluster, group, simplify and measure, level by level.
-    let (mut groups, mut report) = build_levels(simplified, &mut vertices, config, on_triangles);
+    let (mut groups, mut report) = build_levels(simplified, &mut vertices, config, progress);
     report.rounded_vertices = rounded_vertices;
     if let Some(sheets) = &sheets {
         sheets.add_backs(&mut groups, &mut vertices);
@@ -85,7 +79,7 @@ pub(crate) fn bake_valid_mesh(
     }
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
     // Bound and order the units.
-    let mut hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
+    let mut hierarchy = assemble(mesh, vertices, &groups.0);
     // Measure levels of plants and torn textures on pictures. Other meshes keep the error of the simplifier, to which
     // the pictures are calibrated.
     let torn = report.first_torn_group().filter(|_| measures_tears);

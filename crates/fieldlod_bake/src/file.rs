@@ -97,6 +97,7 @@ pub fn bake_import(
         .map(|(mesh, kept)| bake_primitives(mesh, kept, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
+    // Rigged primitives were baked first. Files list primitives in the order of the glTF file.
     baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
     let (primitives, reports) = baked.into_iter().unzip();
     Ok(BakeOutcome {
@@ -179,9 +180,7 @@ fn bake_primitives(
         },
         ..config.clone()
     };
-    let baked = bake_together_with_progress(&meshes, kept, config, &|mesh, count| {
-        shares[mesh].add(count);
-    });
+    let baked = bake_together_with_progress(&meshes, kept, config, &shares);
     shares.iter().for_each(Share::finish);
     let finished = primitives.iter().zip(baked);
     finished

@@ -34,12 +34,13 @@ impl<'a> Tracker<'a> {
     /// Progress of one primitive.
     pub(crate) fn share_of(&self, triangle_count: usize) -> Share<'_> {
         Share {
-            tracker: self,
+            tracker: Some(self),
             left: AtomicU64::new(expected_triangles(triangle_count)),
         }
     }
 
     fn add(&self, count: u64) {
+        // Relaxed: the numbers are for display, and no other data depends on them.
         let before = self.done.fetch_add(count, Ordering::Relaxed);
         (self.report)(BakeProgress {
             triangles_done: before + count,
@@ -53,9 +54,10 @@ fn expected_triangles(triangle_count: usize) -> u64 {
     triangle_count as u64 * 2
 }
 
-/// Progress of one primitive.
+/// Progress of one primitive. The default reports nothing.
+#[derive(Default)]
 pub(crate) struct Share<'a> {
-    tracker: &'a Tracker<'a>,
+    tracker: Option<&'a Tracker<'a>>,
     /// Expected triangles that are not yet simplified.
     left: AtomicU64,
 }
@@ -63,17 +65,20 @@ pub(crate) struct Share<'a> {
 impl Share<'_> {
     /// Adds simplified triangles.
     pub(crate) fn add(&self, triangle_count: usize) {
+        let Some(tracker) = self.tracker else {
+            return;
+        };
         let count = triangle_count as u64;
         let left = self.left.load(Ordering::Relaxed);
         // If there are more than expected, the total grows.
         let more = count.saturating_sub(left);
-        self.tracker.total.fetch_add(more, Ordering::Relaxed);
+        tracker.total.fetch_add(more, Ordering::Relaxed);
         self.left.store(left + more - count, Ordering::Relaxed);
-        self.tracker.add(count);
+        tracker.add(count);
     }
 
     /// Adds the remaining expected triangles.
     pub(crate) fn finish(&self) {
-        self.tracker.add(self.left.swap(0, Ordering::Relaxed));
+        self.add(self.left.load(Ordering::Relaxed) as usize);
     }
 }

@@ -8,7 +8,6 @@ mod bake;
 mod fallbacks;
 mod inspect;
 mod pages;
-mod quantized;
 mod scene;
 mod summary;
 mod verify;

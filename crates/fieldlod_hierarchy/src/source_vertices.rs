@@ -49,7 +49,6 @@ impl Hierarchy {
         let place = |vertex: &mut u32| {
             *vertex = match used.get(*vertex as usize) {
                 Some(&place) => place,
-                // Moved vertices follow the source vertices, of which there are more now.
                 None => *vertex + (all - count) as u32,
             };
         };

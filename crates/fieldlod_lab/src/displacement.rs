@@ -27,8 +27,6 @@ pub struct Displacement {
     pub max_px: f64,
     /// The 99.9th percentile of the displacements.
     pub p99_9_px: f64,
-    /// The mean displacement.
-    pub mean_px: f64,
     /// The number of samples in the picture.
     pub samples: usize,
 }
@@ -45,7 +43,6 @@ impl Displacement {
         Self {
             max_px,
             p99_9_px: displaced_px[(samples - 1) * 999 / 1000],
-            mean_px: displaced_px.iter().sum::<f64>() / samples as f64,
             samples,
         }
     }

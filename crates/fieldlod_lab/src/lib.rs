@@ -19,7 +19,6 @@ pub mod chart;
 pub mod chooser;
 pub mod displacement;
 pub mod eye;
-mod files;
 pub mod holes;
 pub mod measure;
 pub mod method;
@@ -30,5 +29,3 @@ pub mod props;
 pub mod render;
 pub mod scenes;
 pub mod stability;
-
-pub use files::WriteError;

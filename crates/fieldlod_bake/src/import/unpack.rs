@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use gltf::accessor::DataType;
 use gltf::{Accessor, Document, Semantic};
 use serde_json::{Value, json};
 
 use super::accessor::read_numbers;
 use super::buffers::Buffers;
 use super::error::ImportError;
+use super::format::{Attribute, Formats};
 use super::{ReadBeside, document, meshopt_views};
 
 /// Component type of glTF: 32-bit floating-point numbers.
@@ -43,6 +43,7 @@ pub fn unpack_gltf(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<UnpackedGltf
         json,
         binary: Vec::new(),
     };
+    // Every view gets its own copy, even if views overlap: offsets of accessors in a view then stay valid.
     for view in document.views() {
         let bytes = buffers.view(&view);
         let bytes = bytes.ok_or_else(|| outside("bufferViews", view.index()))?;
@@ -124,28 +125,21 @@ fn quantized_attributes(document: &Document) -> BTreeSet<usize> {
     for primitive in primitives {
         let attributes = primitive.attributes();
         let attributes = attributes.filter_map(|(semantic, accessor)| match semantic {
-            Semantic::TexCoords(_) => Some((accessor, true)),
-            Semantic::Positions | Semantic::Normals | Semantic::Tangents => Some((accessor, false)),
+            Semantic::Positions => Some((accessor, Attribute::Position)),
+            Semantic::Normals => Some((accessor, Attribute::Normal)),
+            Semantic::Tangents => Some((accessor, Attribute::Tangent)),
+            Semantic::TexCoords(_) => Some((accessor, Attribute::Uv)),
             _ => None,
         });
         let targets = primitive.morph_targets();
         let targets = targets.flat_map(|t| [t.positions(), t.normals(), t.tangents()]);
-        let targets = targets.flatten().map(|accessor| (accessor, false));
+        // All deltas have the format of positions, also those of tangents.
+        let targets = targets.flatten().map(|delta| (delta, Attribute::Position));
         let all = attributes.chain(targets);
-        let read = all.filter(|(accessor, may_be_shares)| !is_plain(accessor, *may_be_shares));
+        let read = all.filter(|(accessor, attribute)| !Formats::AsBevy.allow(*attribute, accessor));
         quantized.extend(read.map(|(accessor, _)| accessor.index()));
     }
     quantized
-}
-
-/// Returns `true` if Bevy reads the accessor. Normalized texture coordinates may have unsigned integers.
-fn is_plain(accessor: &Accessor<'_>, may_be_shares: bool) -> bool {
-    match accessor.data_type() {
-        DataType::U8 | DataType::U16 => may_be_shares && accessor.normalized(),
-        DataType::I8 | DataType::I16 => false,
-        // No extension allows 32-bit integers.
-        DataType::F32 | DataType::U32 => true,
-    }
 }
 
 /// Drops the names of extensions that the unpacked file does not use.

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::levels::groups::{RawGroup, RawUnit};
+use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::{NormalSum, tight_sphere};
 
@@ -99,9 +100,10 @@ impl VertexList {
 /// Orders and bounds all groups, and stores them in a hierarchy of `mesh`.
 pub(crate) fn assemble(
     mesh: &SourceMesh,
-    (vertices, moved_from): (Vertices, Vec<u32>),
+    vertices: LevelVertices,
     groups: &[RawGroup],
 ) -> Hierarchy {
+    let (vertices, moved_from) = in_local(mesh, vertices);
     let mut hierarchy = Hierarchy {
         source: mesh.source_hash(),
         source_vertex_count: mesh.positions.len() as u32,
@@ -118,6 +120,24 @@ pub(crate) fn assemble(
         push_group(&mut hierarchy, group, finished);
     }
     hierarchy
+}
+
+/// Converts all vertices to local units. The vertices of `mesh` come first, unchanged. If the mesh has other
+/// attributes, also returns the source vertex that each further vertex was moved from.
+fn in_local(mesh: &SourceMesh, from: LevelVertices) -> (Vertices, Vec<u32>) {
+    let mut vertices = mesh.finite_vertices();
+    for vertex in from.source_count as u32..from.positions.len() as u32 {
+        let position = from.position(vertex) * from.local_from_scaled;
+        vertices.positions.push(position);
+        let origin = from.origin[vertex as usize] as usize;
+        from.layout.push_to(&mut vertices, from.row(vertex), origin);
+    }
+    let mut moved_from = from.origin;
+    moved_from.drain(..from.source_count);
+    if !mesh.has_other_attributes {
+        moved_from.clear();
+    }
+    (vertices, moved_from)
 }
 
 fn push_group(hierarchy: &mut Hierarchy, raw: &RawGroup, finished: &FinishedGroup) {

@@ -3,13 +3,14 @@
 
 use crate::config::BakeConfig;
 use crate::deviation::SourceSurface;
-use crate::levels::clusters::{clusters_of_source, corners_of, partition, triangle_count};
+use crate::levels::clusters::{clusters_of_source, partition, shared_positions, triangle_count};
 use crate::levels::groups::Groups;
-use crate::levels::simplified_group::{SimplifiedGroup, emit};
+use crate::levels::simplified_group::emit;
 use crate::levels::step::LevelStep;
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::plant::Plant;
+use crate::progress::Share;
 use crate::report::BakeReport;
 
 /// Simplification ends at this number of triangles: a coarser level would still need one draw call.
@@ -20,15 +21,13 @@ const GROWTH: usize = 4;
 const STALLED_ABOVE: f32 = 0.98;
 
 /// Builds the levels of `mesh`, and measures the deviation of each group from it. Finer groups come before coarser
-/// groups. The last group is terminal and contains the remaining triangles.
-///
-/// `on_triangles` gets the number of triangles that each group consumed. The mesh must be valid, because meshoptimizer
-/// does not check it.
+/// groups. The last group is terminal and contains the remaining triangles. The mesh must be valid, because
+/// meshoptimizer does not check it.
 pub(crate) fn build_levels(
     mesh: &SourceMesh,
     vertices: &mut LevelVertices,
     config: &BakeConfig,
-    on_triangles: &dyn Fn(usize),
+    progress: &Share<'_>,
 ) -> (Groups, BakeReport) {
     let (mut clusters, source) = rayon::join(
         || clusters_of_source(&mesh.indices, vertices, config),
@@ -36,7 +35,7 @@ pub(crate) fn build_levels(
     );
     let mut groups = Groups::default();
     let mut report = BakeReport::default();
-    let mut plant = Plant::of(mesh, &vertices.same_position);
+    let plant = Plant::of(mesh, &vertices.same_position);
     let mut group_clusters = config.group_clusters;
     while triangle_count(&clusters) > MIN_TRIANGLES {
         let before = triangle_count(&clusters);
@@ -50,33 +49,16 @@ pub(crate) fn build_levels(
             groups: &groups,
             parts: &parts,
             // Lock: vertices that two groups share must stay.
-            is_shared: vertices.shared_positions(parts.iter().map(|part| corners_of(part))),
-            plant: plant.begin_level(&parts, vertices, config),
+            is_shared: shared_positions(&parts, vertices),
+            // Plants: leaves keep their covered area.
+            plant: plant.begin_level(&parts, vertices, config, report.has_aggregates),
         };
         // Simplify.
-        let mut simplified = step.simplify();
-        // Plants: leaves keep their covered area.
-        let has_elements = simplified
-            .iter()
-            .flatten()
-            .any(SimplifiedGroup::has_elements);
-        if has_elements && plant.can_be_corrected(&parts, vertices) {
-            simplified = plant.corrected(&parts, simplified, vertices, |area_gain| {
-                step.plant.area_gain = area_gain;
-                step.simplify()
-            });
-        }
+        let simplified = step.simplify();
         // Emit in the order of the groups: the result must not depend on the number of threads.
-        clusters = emit(
-            parts,
-            simplified,
-            &mut groups,
-            vertices,
-            &mut report,
-            on_triangles,
-        );
+        clusters = emit(parts, simplified, &mut groups, vertices, &mut report);
         report.whole_mesh_levels += usize::from(is_whole);
-        plant.end_level(has_elements, &clusters, vertices);
+        progress.add(before);
         // Stuck: the next level tries larger groups.
         let left = triangle_count(&clusters);
         if left as f32 > before as f32 * config.stuck_ratio {
@@ -86,7 +68,6 @@ pub(crate) fn build_levels(
             group_clusters = larger_groups(group_clusters, left, before);
         }
     }
-    report.has_aggregates = plant.has_elements();
     report.coarsest_triangles = triangle_count(&clusters);
     groups.add_terminal(clusters);
     (groups, report)

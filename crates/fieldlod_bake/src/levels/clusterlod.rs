@@ -32,7 +32,7 @@ pub fn clusterlod_hierarchy(
     mesh.validate()?;
     let vertices = vertices_of(mesh);
     let groups = build_groups(mesh, &vertices, config);
-    let hierarchy = assemble(mesh, vertices.in_local(mesh), &groups.0);
+    let hierarchy = assemble(mesh, vertices, &groups.0);
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     Ok(hierarchy)
 }

@@ -40,11 +40,6 @@ pub(crate) fn triangle_count(clusters: &[Cluster]) -> usize {
     corners.sum::<usize>() / 3
 }
 
-/// Corners of all clusters.
-pub(crate) fn corners_of(clusters: &[Cluster]) -> impl Iterator<Item = &u32> {
-    clusters.iter().flat_map(|cluster| &cluster.corners)
-}
-
 /// Splits the source into clusters.
 pub(crate) fn clusters_of_source(
     indices: &[u32],
@@ -156,4 +151,21 @@ pub(crate) fn partition(
         groups[rank[group as usize] as usize].push(cluster);
     }
     groups
+}
+
+/// For the first vertex at each position, whether it must stay: it is kept, or several groups use its position.
+/// Otherwise the surface would tear between groups.
+pub(crate) fn shared_positions(groups: &[Vec<Cluster>], vertices: &LevelVertices) -> Vec<bool> {
+    const NONE: u32 = u32::MAX;
+    let mut used_by = vec![NONE; vertices.positions.len()];
+    let mut is_shared = vertices.is_kept.clone();
+    is_shared.resize(vertices.positions.len(), false);
+    for (group, clusters) in (0..).zip(groups) {
+        for &vertex in clusters.iter().flat_map(|cluster| &cluster.corners) {
+            let first = vertices.same_position[vertex as usize] as usize;
+            is_shared[first] |= used_by[first] != NONE && used_by[first] != group;
+            used_by[first] = group;
+        }
+    }
+    is_shared
 }

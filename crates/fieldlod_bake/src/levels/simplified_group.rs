@@ -28,12 +28,11 @@ pub(crate) fn emit(
     groups: &mut Groups,
     vertices: &mut LevelVertices,
     report: &mut BakeReport,
-    on_triangles: &dyn Fn(usize),
 ) -> Vec<Cluster> {
     let mut next = Vec::new();
     for (part, simplified) in parts.into_iter().zip(simplified) {
         if let Some(simplified) = simplified {
-            on_triangles(triangle_count(&part));
+            report.has_aggregates |= simplified.has_elements();
             let fallback = simplified.fallback(&part, groups.0.len() as u32);
             report.fallbacks.extend(fallback);
             next.extend(simplified.emit(part, groups, vertices));

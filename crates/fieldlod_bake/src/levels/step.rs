@@ -42,8 +42,18 @@ struct Finer {
 type Accepted = (Simplified, Vec<Vec<u32>>, Measured);
 
 impl LevelStep<'_> {
-    /// Simplifies each group. Stuck groups are `None`.
-    pub(crate) fn simplify(&self) -> Vec<Option<SimplifiedGroup>> {
+    /// Simplifies each group. Stuck groups are `None`. A level of a plant is simplified again with other gains until it
+    /// covers the wanted area.
+    pub(crate) fn simplify(&mut self) -> Vec<Option<SimplifiedGroup>> {
+        let mut simplified = self.simplify_groups();
+        while let Some(gain) = self.plant.next_gain(self.parts, &simplified, self.vertices) {
+            self.plant.area_gain = gain;
+            simplified = self.simplify_groups();
+        }
+        simplified
+    }
+
+    fn simplify_groups(&self) -> Vec<Option<SimplifiedGroup>> {
         let parts = self.parts.par_iter();
         parts.map(|part| self.simplify_group(part)).collect()
     }

@@ -91,6 +91,7 @@ impl Coverage {
 
     /// The wanted area divided by the covered area.
     fn wanted(&self, covered: f32) -> f32 {
+        // At least a pixel each: a level may cover none.
         let share = covered.max(1.0) / self.of_source.max(1.0);
         share.clamp(TARGET_AREA, 1.0) / share
     }
@@ -260,6 +261,10 @@ impl Drawn {
             positions: vertices.positions.clone(),
             rows: vertices.rows().to_vec(),
         }
+    }
+
+    pub(crate) fn triangle_count(&self) -> usize {
+        self.corners.len() / 3
     }
 
     /// Adds a simplified piece.

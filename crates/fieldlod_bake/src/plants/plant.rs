@@ -3,10 +3,10 @@
 //! Each level starts with its ratio of triangles, the visible pixels of its vertices and the gain of its elements. A
 //! level of several groups is simplified again until it covers enough area.
 
-use std::cell::OnceCell;
+use std::sync::OnceLock;
 
 use crate::config::BakeConfig;
-use crate::levels::clusters::{Cluster, triangle_count};
+use crate::levels::clusters::Cluster;
 use crate::levels::simplified_group::SimplifiedGroup;
 use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::LevelVertices;
@@ -34,43 +34,34 @@ pub(crate) struct Plant<'a> {
     /// Whether many triangles of the mesh belong to loose elements.
     is_plant: bool,
     /// Area that the source covers, measured on first use.
-    coverage: OnceCell<Coverage>,
-    /// Factor for the areas of the next level's simplified elements.
-    area_gain: f32,
-    /// Whether a group of a finer level has elements.
-    has_elements: bool,
-    level: u32,
+    coverage: OnceLock<Coverage>,
 }
 
 /// Parameters for the simplification of one level.
 pub(crate) struct PlantLevel<'a> {
+    plant: &'a Plant<'a>,
     /// Share of the triangles to keep.
     pub(crate) ratio: f32,
     /// Factor for the areas of simplified elements. It corrects the covered area.
     pub(crate) area_gain: f32,
     /// Number of pixels in which each vertex is visible; only for plants.
     pub(crate) visible_px: Option<Vec<f32>>,
-    /// Area to cover; only for a level of one group.
-    coverage: Option<&'a Coverage>,
+    /// Whether a group of a finer level has elements.
     has_elements: bool,
+    is_whole: bool,
+    corrections: usize,
+    response: Response,
 }
 
 impl<'a> Plant<'a> {
     pub(crate) fn of(mesh: &'a SourceMesh, place: &[u32]) -> Self {
+        // Larger meshes are never drawn as whole meshes. Pictures of all their triangles would take most of the bake.
         let is_small = mesh.positions.len() <= MAX_VERTICES as usize;
         Self {
             mesh,
             is_plant: is_small && is_aggregate(mesh, place),
-            coverage: OnceCell::new(),
-            area_gain: 1.0,
-            has_elements: false,
-            level: 0,
+            coverage: OnceLock::new(),
         }
-    }
-
-    /// Whether a group of a finer level has loose elements.
-    pub(crate) fn has_elements(&self) -> bool {
-        self.has_elements
     }
 
     fn coverage(&self, vertices: &LevelVertices) -> &Coverage {
@@ -79,94 +70,71 @@ impl<'a> Plant<'a> {
             .get_or_init(|| Coverage::of(indices, vertices))
     }
 
-    /// Parameters for the simplification of the groups `parts`.
+    /// Parameters for the simplification of the groups `parts`. `has_elements` is true if a group of a finer level has
+    /// loose elements. Their gain then corrects the area that the finer level covers.
     pub(crate) fn begin_level(
         &self,
         parts: &[Vec<Cluster>],
         vertices: &LevelVertices,
         config: &BakeConfig,
-    ) -> PlantLevel<'_> {
-        let is_whole = parts.len() == 1;
-        if is_whole && self.level == 0 {
-            self.coverage(vertices);
-        }
-        let visible_px = self.is_plant.then(|| {
-            let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
-            let drawn = Drawn::of(corners.copied().collect(), vertices);
-            self.coverage(vertices).visible_px(&drawn, vertices)
-        });
-        let ratio = if self.is_plant {
-            let triangles: usize = parts.iter().map(|part| triangle_count(part)).sum();
-            let left = triangles as f32 / self.mesh.triangle_count() as f32;
-            ratio_of_plant(left, config)
-        } else {
-            config.simplify_ratio
-        };
-        PlantLevel {
-            ratio,
-            area_gain: self.area_gain,
-            visible_px,
-            coverage: self.coverage.get().filter(|_| is_whole),
-            has_elements: self.has_elements,
-        }
-    }
-
-    /// Whether a level with elements can be corrected: it has several groups, and visible pixels or opacities are
-    /// known.
-    pub(crate) fn can_be_corrected(
-        &self,
-        parts: &[Vec<Cluster>],
-        vertices: &LevelVertices,
-    ) -> bool {
-        parts.len() > 1 && (self.is_plant || vertices.has_known_opacity())
-    }
-
-    /// Simplifies a level again with other gains until it covers the wanted area. `simplify` takes the gain.
-    pub(crate) fn corrected(
-        &self,
-        parts: &[Vec<Cluster>],
-        mut simplified: Vec<Option<SimplifiedGroup>>,
-        vertices: &LevelVertices,
-        mut simplify: impl FnMut(f32) -> Vec<Option<SimplifiedGroup>>,
-    ) -> Vec<Option<SimplifiedGroup>> {
-        let coverage = self.coverage(vertices);
-        let mut response = Response::default();
-        let mut area_gain = self.area_gain;
-        for _ in 0..MAX_CORRECTIONS {
-            let drawn = drawn_of(parts, &simplified, vertices);
-            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
-            if (wanted_ratio - 1.0).abs() <= AREA_TOLERANCE {
-                break;
-            }
-            area_gain *= response.gain(area_gain, wanted_ratio);
-            simplified = simplify(area_gain);
-        }
-        simplified
-    }
-
-    /// Measures the finished level, and sets the gain of the next level.
-    pub(crate) fn end_level(
-        &mut self,
         has_elements: bool,
-        clusters: &[Cluster],
-        vertices: &LevelVertices,
-    ) {
-        self.level += 1;
-        self.has_elements |= has_elements;
-        if has_elements {
-            let corners = clusters.iter().flat_map(|cluster| &cluster.corners);
-            let drawn = Drawn::of(corners.copied().collect(), vertices);
-            let wanted_ratio = self.coverage(vertices).wanted_ratio(&drawn, vertices);
-            self.area_gain = Response::default().gain(1.0, wanted_ratio);
+    ) -> PlantLevel<'_> {
+        let mut level = PlantLevel {
+            plant: self,
+            ratio: config.simplify_ratio,
+            area_gain: 1.0,
+            visible_px: None,
+            has_elements,
+            is_whole: parts.len() == 1,
+            corrections: 0,
+            response: Response::default(),
+        };
+        if !has_elements && !self.is_plant {
+            return level;
         }
+        let corners = parts.iter().flatten().flat_map(|cluster| &cluster.corners);
+        let drawn = Drawn::of(corners.copied().collect(), vertices);
+        let coverage = self.coverage(vertices);
+        if has_elements {
+            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
+            level.area_gain = Response::default().gain(1.0, wanted_ratio);
+        }
+        if self.is_plant {
+            level.visible_px = Some(coverage.visible_px(&drawn, vertices));
+            let left = drawn.triangle_count() as f32 / self.mesh.triangle_count() as f32;
+            level.ratio = ratio_of_plant(left, config);
+        }
+        level
     }
 }
 
 impl PlantLevel<'_> {
+    /// The gain with which a level of several groups is simplified again. `None` if it covers the wanted area or has no
+    /// elements, or if neither visible pixels nor opacities are known.
+    pub(crate) fn next_gain(
+        &mut self,
+        parts: &[Vec<Cluster>],
+        simplified: &[Option<SimplifiedGroup>],
+        vertices: &LevelVertices,
+    ) -> Option<f32> {
+        let mut groups = simplified.iter().flatten();
+        let is_known = self.plant.is_plant || vertices.has_known_opacity();
+        let is_done = self.is_whole || self.corrections == MAX_CORRECTIONS;
+        if is_done || !is_known || !groups.any(SimplifiedGroup::has_elements) {
+            return None;
+        }
+        self.corrections += 1;
+        let drawn = drawn_of(parts, simplified, vertices);
+        let wanted_ratio = self.plant.coverage(vertices).wanted_ratio(&drawn, vertices);
+        let is_off = (wanted_ratio - 1.0).abs() > AREA_TOLERANCE;
+        is_off.then(|| self.area_gain * self.response.gain(self.area_gain, wanted_ratio))
+    }
+
     /// Corrects the covered area of a level of one group.
     pub(crate) fn fit_covered_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let has_elements = self.has_elements || simplified.method == Method::Elements;
-        if let Some(coverage) = self.coverage.filter(|_| has_elements) {
+        if self.is_whole && has_elements {
+            let coverage = self.plant.coverage(task.vertices);
             coverage.correct_area(task, simplified);
         }
     }

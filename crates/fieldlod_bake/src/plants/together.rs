@@ -19,6 +19,7 @@ use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
+use crate::progress::Share;
 use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
@@ -56,30 +57,30 @@ pub fn bake_together(
     } else {
         vec![Vec::new(); meshes.len()]
     };
-    bake_together_with_progress(meshes, &kept, config, &|_, _| ())
+    let shares: Vec<Share<'_>> = meshes.iter().map(|_| Share::default()).collect();
+    bake_together_with_progress(meshes, &kept, config, &shares)
 }
 
-/// [`bake_together`] with progress: `on_triangles` gets the index of a mesh and the number of triangles that a group
-/// consumed. Meshes that are baked together report the index 0. Meshes that are baked separately keep the vertices
-/// marked in `kept` at all levels.
+/// [`bake_together`] with the progress of each mesh. Meshes that are baked together report to the first. Meshes that
+/// are baked separately keep the vertices marked in `kept` at all levels.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
     kept: &[Vec<bool>],
     config: &BakeConfig,
-    on_triangles: &(dyn Fn(usize, usize) + Sync),
+    shares: &[Share<'_>],
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let together = if can_bake_as_plant(meshes, config) {
         Some(Joint::Plant)
     } else {
         can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface)
     };
-    let as_one = |joint| bake_joined(meshes, joint, config, &|count| on_triangles(0, count));
+    let as_one = |joint| bake_joined(meshes, joint, config, &shares[0]);
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
     let bake_separately = |(index, mesh): (usize, &&SourceMesh)| {
         let kept = kept_within_budget(&kept[index], mesh);
-        bake_mesh_with_progress(mesh, kept, config, &|count| on_triangles(index, count))
+        bake_mesh_with_progress(mesh, kept, config, &shares[index])
     };
     meshes.par_iter().enumerate().map(bake_separately).collect()
 }
@@ -192,7 +193,7 @@ fn bake_joined(
     meshes: &[&SourceMesh],
     joint: Joint,
     config: &BakeConfig,
-    on_triangles: &dyn Fn(usize),
+    progress: &Share<'_>,
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
     let (hierarchy, report) = bake_valid_mesh(
@@ -200,7 +201,7 @@ fn bake_joined(
         Surfaces::of(meshes.iter().copied()),
         &[],
         config,
-        on_triangles,
+        progress,
     );
     let mut whole = hierarchy.whole_mesh_levels()?;
     unify_mean_normals(&mut whole);

@@ -103,7 +103,6 @@ impl Decoder {
             entry.grids(),
             &rows_of_vertices,
         );
-        // Sections hold groups by level, but a hierarchy has its own order: finer groups before coarser ones.
         let order = group_order(coded)?;
         let indices = order
             .iter()

@@ -35,7 +35,6 @@ impl Hierarchy {
             let finer = finer as usize;
             return Err(E::FinerNotBefore { group, finer });
         }
-        // Both lists are sorted: the order of links is free, and units of one producer need not be adjacent.
         let mut stated = links.to_vec();
         stated.sort_unstable();
         let units = &self.units[self.groups[group].units()];

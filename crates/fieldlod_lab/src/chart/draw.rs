@@ -1,15 +1,14 @@
 //! The chart as a picture: triangles against image error.
 
 use std::error::Error;
-use std::io;
 use std::ops::Range;
 use std::path::Path;
 
+use fieldlod_cli::output::{Failure, write_whole};
 use plotters::prelude::*;
 
 use super::curve::Measure;
 use super::report::{Report, TrianglesAtError};
-use crate::files::{WriteError, write_file};
 use crate::method::Method;
 
 const SIZE_PX: (u32, u32) = (860, 600);
@@ -27,17 +26,14 @@ const DRAWN: [Method; 4] = [
 /// Writes the chart to `triangles.svg` and its numbers to `report.json` in a folder.
 ///
 /// # Errors
-/// [`WriteError`] if a file could not be written.
-pub fn draw_chart(report: &Report, folder: &Path) -> Result<(), WriteError> {
+/// If a file could not be written.
+pub fn draw_chart(report: &Report, folder: &Path) -> Result<(), Failure> {
     let numbers = folder.join("report.json");
-    let json = serde_json::to_vec(report);
-    let json = json.map_err(|error| WriteError::new(&numbers, error.into()))?;
-    write_file(&numbers, &json)?;
+    write_whole(&numbers, &serde_json::to_vec(report)?)?;
     let picture = folder.join("triangles.svg");
     let mut svg = String::new();
-    let drawn = draw(report, &mut svg);
-    drawn.map_err(|error| WriteError::new(&picture, io::Error::other(error.to_string())))?;
-    write_file(&picture, svg.as_bytes())
+    draw(report, &mut svg).map_err(|error| Failure::new(&picture, error))?;
+    write_whole(&picture, svg.as_bytes())
 }
 
 fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {

@@ -9,7 +9,7 @@ use crate::object::{ErrorSource, LodObject};
 use crate::object_view::ObjectView;
 
 /// Meshes, their instances and the cameras of the frames.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct World {
     /// The world's name.
     pub name: String,
@@ -31,12 +31,7 @@ impl World {
     pub fn new(name: &str) -> Self {
         Self {
             name: name.to_owned(),
-            objects: Vec::new(),
-            mesh_ids: Vec::new(),
-            instances: Vec::new(),
-            eyes: Vec::new(),
-            scene: Scene::default(),
-            ids: Vec::new(),
+            ..Self::default()
         }
     }
 

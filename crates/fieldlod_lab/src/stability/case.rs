@@ -15,7 +15,7 @@ pub struct Case {
     pub story: &'static str,
     /// The reports of users, as "project issue".
     pub reported: &'static [&'static str],
-    /// The object of the case, used if the caller passes no models.
+    /// The object of the case.
     pub fixture: Fixture,
     /// The faults to check for, in addition to holes.
     pub checks: &'static [Fault],

@@ -13,20 +13,7 @@
 //! The allowance exists because other systems do not limit displacements. The tests require that the guaranteed
 //! method stays within the threshold itself. The quality method does not limit displacements.
 //!
-//! # Reports and cases
-//! | users reported | where | case |
-//! |---|---|---|
-//! | levels jump when the camera only turns | godot 81995, 76436 | `rotate only` |
-//! | the camera is inside the object's box | godot 88273, 79590 | `inside the box`, and `inside the object` |
-//! | a cull margin forces the worst level | godot 67890 | `cull margin` |
-//! | orthographic cameras get the worst level | godot 57404 | `orthographic` |
-//! | bones or nodes scale a mesh | godot 57895, 59147 | `scaled bones`, `scaled mesh`, `scales` |
-//! | zoom is ignored | three.js 18557 | `zoom ignored`, `dolly zoom` |
-//! | flicker at a threshold | three.js 14565 | `flicker`, `head-bob`, `taa jitter` |
-//! | the level depends on the size of the window | cesium 4043 | `window size`, `window resize` |
-//! | a narrow field of view refines at random | cesium-native 1138 | `narrow fov` |
-//! | one view's level is used in another | bevy 15084 | `shadow view`, `split screen` |
-//! | bounds that do not nest drop parts | the rule's documentation | `non-nested` |
+//! [`Case::reported`] names the reports of users.
 
 mod cameras;
 mod case;
@@ -38,7 +25,7 @@ mod table;
 
 pub use case::{Case, Fault, Frame, Shot};
 pub use fixtures::Fixture;
-pub use run::{CaseResult, ObjectRun, Report, Verdict, run};
+pub use run::{CaseResult, Verdict, run};
 pub use table::table;
 
 use crate::method::Method;

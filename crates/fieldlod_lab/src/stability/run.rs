@@ -15,35 +15,11 @@ use crate::method::Method;
 use crate::object::LodObject;
 use crate::object_view::ObjectView;
 
-/// Results of all cases on all objects.
-#[derive(Clone, Debug, Serialize)]
-pub struct Report {
-    /// The threshold of all methods, in pixels.
-    pub threshold_px: f32,
-    /// See [`PROMISE_ALLOWANCE`].
-    pub promise_allowance: f64,
-    /// See [`THRIFT_RATIO`].
-    pub thrift_ratio: f64,
-    /// One run for the generated fixtures, or one per model.
-    pub objects: Vec<ObjectRun>,
-}
-
-/// The results of all cases on one object, or of each case on its fixture.
-#[derive(Clone, Debug, Serialize)]
-pub struct ObjectRun {
-    /// The object's name.
-    pub name: String,
-    /// The cases, in order.
-    pub cases: Vec<CaseResult>,
-}
-
 /// The results of all methods in one case.
 #[derive(Clone, Debug, Serialize)]
 pub struct CaseResult {
     /// [`Case::name`].
     pub case: &'static str,
-    /// [`Case::story`].
-    pub story: &'static str,
     /// [`Case::reported`].
     pub reported: &'static [&'static str],
     /// The verdicts on [`METHODS`], in the same order.
@@ -57,16 +33,10 @@ pub struct Verdict {
     pub method: Method,
     /// Largest displacement in pixels over all measured frames.
     pub max_px: f64,
-    /// Largest 99.9th percentile of a frame, in pixels.
-    pub p99_9_px: f64,
-    /// Mean displacement over all measured frames, in pixels.
-    pub mean_px: f64,
     /// Flips of groups in the picture, per frame; see [`FlipCounter`].
     pub flips_per_frame: f64,
     /// Largest number of open edges of a cut; `None` if the source itself is open.
     pub open_edges: Option<u64>,
-    /// Mean triangles of the units in the picture.
-    pub triangles_drawn: f64,
     /// Mean triangles of all chosen units, in the picture or not.
     pub triangles_chosen: f64,
     /// Triangles of all chosen units, relative to the guaranteed cut.
@@ -77,63 +47,23 @@ pub struct Verdict {
     pub faults: Vec<Fault>,
 }
 
-/// Runs all cases, on each of `models`, or each case on its fixture if there are no models.
+/// Runs each case on its fixture.
 ///
 /// `progress` is called with the numbers of finished cases and of all cases, from several threads.
 #[must_use]
-pub fn run(models: &[(String, LodObject)], progress: &(dyn Fn(usize, usize) + Sync)) -> Report {
-    let rounds = models.len().max(1);
-    let total = cases().count() * rounds;
-    let done = AtomicUsize::new(0);
-    let tick = || progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-    let objects = if models.is_empty() {
-        vec![run_fixtures(&tick)]
-    } else {
-        let named = models.iter();
-        named
-            .map(|(name, object)| run_object(name, object, &tick))
-            .collect()
-    };
-    Report {
-        threshold_px: THRESHOLD_PX,
-        promise_allowance: PROMISE_ALLOWANCE,
-        thrift_ratio: THRIFT_RATIO,
-        objects,
-    }
-}
-
-/// Runs each case on its fixture.
-fn run_fixtures(tick: &(dyn Fn() + Sync)) -> ObjectRun {
+pub fn run(progress: &(dyn Fn(usize, usize) + Sync)) -> Vec<CaseResult> {
     // Each fixture is baked once.
     let fixtures = Fixture::ALL.par_iter();
     let objects: Vec<LodObject> = fixtures.map(|fixture| fixture.bake()).collect();
-    let object_of = |fixture: Fixture| (&objects[fixture as usize], fixture.is_closed());
-    run_cases("fixtures", |case| object_of(case.fixture), tick)
-}
-
-fn run_object(name: &str, object: &LodObject, tick: &(dyn Fn() + Sync)) -> ObjectRun {
-    // Open edges are holes only if the source is closed.
-    let is_closed = open_edges(&object.hierarchy, &object.source_units()) == 0;
-    run_cases(name, |_| (object, is_closed), tick)
-}
-
-/// Runs all cases. `object_of` returns the object of a case, and whether it is closed.
-fn run_cases<'a>(
-    name: &str,
-    object_of: impl Fn(&Case) -> (&'a LodObject, bool) + Sync,
-    tick: &(dyn Fn() + Sync),
-) -> ObjectRun {
     let all: Vec<&Case> = cases().collect();
+    let done = AtomicUsize::new(0);
     let results = all.par_iter().map(|case| {
-        let (object, is_closed) = object_of(case);
-        let result = run_case(case, object, is_closed);
-        tick();
+        let object = &objects[case.fixture as usize];
+        let result = run_case(case, object, case.fixture.is_closed());
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, all.len());
         result
     });
-    ObjectRun {
-        name: name.to_owned(),
-        cases: results.collect(),
-    }
+    results.collect()
 }
 
 fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
@@ -145,7 +75,6 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
             object,
             is_two_sided: case.is_two_sided,
             frames: 0,
-            measured: 0,
             last: None,
             sums: Verdict {
                 method,
@@ -167,7 +96,6 @@ fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     }
     CaseResult {
         case: case.name,
-        story: case.story,
         reported: case.reported,
         verdicts: verdicts.into(),
     }
@@ -179,7 +107,6 @@ struct Trial<'a> {
     object: &'a LodObject,
     is_two_sided: bool,
     frames: usize,
-    measured: usize,
     /// The units and the surface of the last measured cut. The next frame reuses them if it has the same cut.
     last: Option<(Vec<u32>, CutSurface)>,
     /// Sums over frames, until [`Trial::verdict`] divides them.
@@ -195,8 +122,6 @@ impl Trial<'_> {
             let view = ObjectView::new(self.object, &frame.instance, &frame.eye);
             let choice = chooser.choose(&view);
             flips.add(&choice, |group| view.touches_sphere(&groups[group].bounds));
-            let in_view = view.units_in_view(&choice.units);
-            self.sums.triangles_drawn += self.object.triangle_count(&in_view) as f64;
             self.sums.triangles_chosen += self.object.triangle_count(&choice.units) as f64;
             if index % shot.measure_every == 0 {
                 self.measure(&view, &choice);
@@ -207,6 +132,7 @@ impl Trial<'_> {
     }
 
     fn measure(&mut self, view: &ObjectView, choice: &Choice) {
+        // Building the surface of a cut takes most of the time, and most frames keep the cut.
         let last = self.last.take().filter(|(units, _)| *units == choice.units);
         let (units, cut) = last.unwrap_or_else(|| {
             if let Some(most) = &mut self.sums.open_edges {
@@ -219,9 +145,6 @@ impl Trial<'_> {
         let displaced_px = source.displacements(&cut, instance, eye, self.is_two_sided);
         let found = Displacement::of(displaced_px);
         self.sums.max_px = self.sums.max_px.max(found.max_px);
-        self.sums.p99_9_px = self.sums.p99_9_px.max(found.p99_9_px);
-        self.sums.mean_px += found.mean_px;
-        self.measured += 1;
         self.last = Some((units, cut));
     }
 
@@ -230,9 +153,7 @@ impl Trial<'_> {
         let (frames, sums) = (self.frames.max(1) as f64, self.sums);
         let coarsest = self.object.coarsest_triangle_count() as f64 * frames;
         Verdict {
-            mean_px: sums.mean_px / self.measured.max(1) as f64,
             flips_per_frame: sums.flips_per_frame / frames,
-            triangles_drawn: sums.triangles_drawn / frames,
             triangles_chosen: sums.triangles_chosen / frames,
             triangles_to_coarsest: sums.triangles_chosen / coarsest.max(1.0),
             ..sums

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::METHODS;
 use super::case::Fault;
-use super::run::{ObjectRun, Verdict};
+use super::run::{CaseResult, Verdict};
 use crate::method::Method;
 
 /// A table of verdicts. A cell is ✓ or the figure of the first fault.
@@ -12,13 +12,13 @@ use crate::method::Method;
 /// `px` is the largest displacement, `fl` flips per frame, and `he` open edges (holes). `x` is the number of chosen
 /// triangles relative to the guaranteed cut, `xc` relative to the coarsest cut.
 #[must_use]
-pub fn table(run: &ObjectRun) -> String {
-    let mut text = format!("{:<18}", run.name);
+pub fn table(cases: &[CaseResult]) -> String {
+    let mut text = format!("{:<18}", "case");
     for method in METHODS {
         let _ = write!(text, "{:>width$}", method.name(), width = width(method));
     }
     text.push('\n');
-    for case in &run.cases {
+    for case in cases {
         let _ = write!(text, "{:<18}", case.case);
         for verdict in &case.verdicts {
             let width = width(verdict.method);

@@ -90,5 +90,5 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let nearest = 4.0 - object.radius - object.center.length();
     let bound = f64::from(deviation * near.focal_px() / nearest * 1.2);
     assert!(found.max_px > 0.0 && found.max_px <= bound, "{found:?}");
-    assert!(found.mean_px <= found.p99_9_px && found.p99_9_px <= found.max_px);
+    assert!(found.p99_9_px <= found.max_px);
 }

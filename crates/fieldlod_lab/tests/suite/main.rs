@@ -17,4 +17,3 @@ mod props;
 mod render;
 mod scenes;
 mod stability;
-mod stability_command;

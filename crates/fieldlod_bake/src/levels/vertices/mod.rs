@@ -4,7 +4,6 @@
 mod attributes;
 pub(crate) mod uv_ranges;
 
-use fieldlod_hierarchy::Vertices;
 use glam::Vec3;
 use meshopt::SimplifyVertex;
 use rustc_hash::FxHashMap;
@@ -37,7 +36,7 @@ pub(crate) struct LevelVertices {
     /// For each vertex, whether the source has an open edge at its position.
     pub(crate) is_border: Vec<bool>,
     /// For each source vertex, whether it stays at all levels.
-    is_kept: Vec<bool>,
+    pub(crate) is_kept: Vec<bool>,
     /// For each vertex, the source vertex that it was moved from; itself for a source vertex.
     pub(crate) origin: Vec<u32>,
     pub(crate) source_count: usize,
@@ -120,30 +119,14 @@ impl LevelVertices {
         &self.attributes[vertex as usize * width..][..width]
     }
 
-    /// For the first vertex at each position, whether it must stay: it is kept, or several groups of corners use its
-    /// position. Otherwise the surface would tear between groups.
-    pub(crate) fn shared_positions<'a>(
-        &self,
-        groups: impl Iterator<Item = impl Iterator<Item = &'a u32>>,
-    ) -> Vec<bool> {
-        const NONE: u32 = u32::MAX;
-        let mut used_by = vec![NONE; self.positions.len()];
-        let mut is_shared = self.is_kept.clone();
-        is_shared.resize(self.positions.len(), false);
-        for (group, corners) in (0..).zip(groups) {
-            for &vertex in corners {
-                let first = self.same_position[vertex as usize] as usize;
-                is_shared[first] |= used_by[first] != NONE && used_by[first] != group;
-                used_by[first] = group;
+    /// Keeps the source vertices that `kept` marks, and all other vertices at their positions, at all levels. Keeps
+    /// those on open borders as well if `with_borders`. `kept` has one value per source vertex, or is empty.
+    pub(crate) fn keep(&mut self, kept: &[bool], with_borders: bool) {
+        for vertex in 0..self.source_count {
+            let is_kept = kept.get(vertex).is_some_and(|kept| *kept);
+            if is_kept || with_borders && self.is_border[vertex] {
+                self.is_kept[self.same_position[vertex] as usize] = true;
             }
-        }
-        is_shared
-    }
-
-    /// Keeps source vertices, and all other vertices at their positions, at all levels.
-    pub(crate) fn keep(&mut self, vertices: impl Iterator<Item = usize>) {
-        for vertex in vertices {
-            self.is_kept[self.same_position[vertex] as usize] = true;
         }
     }
 
@@ -170,25 +153,6 @@ impl LevelVertices {
         self.is_border.push(self.is_border[before]);
         self.origin.push(self.origin[before]);
         vertex
-    }
-
-    /// Converts all vertices to local units. The vertices of `mesh` come first, unchanged. If the mesh has other
-    /// attributes, also returns the source vertex that each further vertex was moved from.
-    pub(crate) fn in_local(self, mesh: &SourceMesh) -> (Vertices, Vec<u32>) {
-        let mut vertices = mesh.finite_vertices();
-        for vertex in self.source_count as u32..self.positions.len() as u32 {
-            let position = self.position(vertex) * self.local_from_scaled;
-            vertices.positions.push(position);
-            let origin = self.origin[vertex as usize] as usize;
-            let row = self.row(vertex);
-            self.layout.push_to(&mut vertices, row, origin);
-        }
-        let mut moved_from = self.origin;
-        moved_from.drain(..self.source_count);
-        if !mesh.has_other_attributes {
-            moved_from.clear();
-        }
-        (vertices, moved_from)
     }
 }
 

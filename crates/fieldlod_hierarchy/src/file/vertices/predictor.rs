@@ -50,8 +50,6 @@ impl Predictor {
         let corners = [vertex(a), vertex(b), vertex(c)];
         for corner in corners {
             if !self.is_known(corner) {
-                // Without a shared edge there is no parallelogram. A corner that is known is nearer than any other
-                // vertex.
                 let known = corners.into_iter().find(|&corner| self.is_known(corner));
                 let like = known.map_or_else(|| self.latest(), |corner| corner + 1);
                 self.add(Prediction::like(corner + 1, like));

@@ -32,7 +32,6 @@ impl Grid {
         let ends = (f32::INFINITY, f32::NEG_INFINITY);
         let finite = values.filter(|value| value.is_finite());
         let (min, max) = finite.fold(ends, |(min, max), x| (min.min(x), max.max(x)));
-        // No value is finite. Every number then decodes to zero.
         if min > max {
             return Self::default();
         }

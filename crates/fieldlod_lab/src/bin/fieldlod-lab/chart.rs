@@ -20,12 +20,11 @@ use crate::models::Model;
 /// against image error. The baseline is clusterlod as a whole: its metric on the levels that it builds itself.
 ///
 /// Needs a graphics adapter; a software adapter is enough. Meshes are baked in small units, so that a small picture
-/// of a mesh represents a large picture of a finer mesh. A .fieldlod file already contains this system's levels; only
-/// clusterlod's levels are built from it.
+/// of a mesh represents a large picture of a finer mesh.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf, .glb or .fieldlod files [default: generated models]. The primitive of each file with the most
-    /// triangles is measured.
+    /// The .gltf or .glb files [default: generated models]. The primitive of each file with the most triangles is
+    /// measured.
     models: Vec<PathBuf>,
     /// The folder for the chart and its numbers; created if it is missing.
     #[arg(short, long)]

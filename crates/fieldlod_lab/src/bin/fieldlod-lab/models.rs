@@ -7,7 +7,7 @@ use fieldlod_bake::{
     clusterlod_hierarchy, import_gltf,
 };
 use fieldlod_cli::output::Failure;
-use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_hierarchy::Hierarchy;
 use fieldlod_lab::chart::{BakedModel, Generated};
 
 /// A model before it is baked.
@@ -28,29 +28,25 @@ impl Model {
         }
     }
 
-    /// Bakes the primitive with the most triangles in both systems. A .fieldlod file already contains this system's
-    /// levels; `config` then applies only to clusterlod.
+    /// Bakes the primitive with the most triangles in both systems.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
-        let (mesh, baked) = self.load()?;
+        let mesh = self.load()?;
         Ok(BakedModel {
             name: self.name(),
-            ours: self.hierarchy_of(&mesh, baked, config)?,
+            ours: bake_mesh(&mesh, config).map_err(|e| self.failure(e))?,
             clusterlods: clusterlod_hierarchy(&mesh, config).map_err(|e| self.failure(e))?,
             surface: mesh.surface,
         })
     }
 
-    /// The primitive with the most triangles, baked by this project.
-    pub(crate) fn bake_ours(&self, config: &BakeConfig) -> Result<Hierarchy, Failure> {
-        let (mesh, baked) = self.load()?;
-        self.hierarchy_of(&mesh, baked, config)
-    }
-
     /// All primitives of the glTF mesh with the most triangles, baked together.
     pub(crate) fn bake_plant(&self, config: &BakeConfig) -> Result<Vec<Hierarchy>, Failure> {
         let path = match self {
-            Self::File(path) if path.extension().is_none_or(|it| it != "fieldlod") => path,
-            _ => return Ok(vec![self.bake_ours(config)?]),
+            Self::File(path) => path,
+            Self::Generated(generated) => {
+                let baked = bake_mesh(&(generated.mesh)(), config);
+                return Ok(vec![baked.map_err(|error| self.failure(error))?]);
+            }
         };
         let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
         let meshes = (import.primitives).chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index);
@@ -66,18 +62,6 @@ impl Model {
         baked.collect()
     }
 
-    fn hierarchy_of(
-        &self,
-        mesh: &SourceMesh,
-        baked: Option<Hierarchy>,
-        config: &BakeConfig,
-    ) -> Result<Hierarchy, Failure> {
-        match baked {
-            Some(hierarchy) => Ok(hierarchy),
-            None => bake_mesh(mesh, config).map_err(|error| self.failure(error)),
-        }
-    }
-
     fn failure(&self, error: MeshError) -> Failure {
         match self {
             Self::File(path) => Failure::new(path, error),
@@ -85,45 +69,22 @@ impl Model {
         }
     }
 
-    /// The mesh of the primitive with the most triangles, and its hierarchy if the file contains one.
-    fn load(&self) -> Result<(SourceMesh, Option<Hierarchy>), Failure> {
-        match self {
-            Self::Generated(generated) => Ok(((generated.mesh)(), None)),
-            Self::File(path) if path.extension().is_some_and(|it| it == "fieldlod") => {
-                let bytes = std::fs::read(path).map_err(|error| Failure::new(path, error))?;
-                let file = BakedFile::from_bytes(&bytes);
-                let primitives = file.map_err(|error| Failure::new(path, error))?.primitives;
-                let hierarchies = primitives.into_iter().map(|primitive| primitive.hierarchy);
-                let largest = hierarchies.max_by_key(Hierarchy::source_triangle_count);
-                let hierarchy = largest.ok_or_else(|| no_primitives(path))?;
-                Ok((source_mesh(&hierarchy), Some(hierarchy)))
-            }
-            Self::File(path) => {
-                let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
-                let primitives = import.primitives.into_iter();
-                let meshes = primitives.map(|primitive| primitive.mesh);
-                let largest = meshes.max_by_key(SourceMesh::triangle_count);
-                Ok((largest.ok_or_else(|| no_primitives(path))?, None))
-            }
-        }
+    /// The mesh of the primitive with the most triangles.
+    fn load(&self) -> Result<SourceMesh, Failure> {
+        let path = match self {
+            Self::File(path) => path,
+            Self::Generated(generated) => return Ok((generated.mesh)()),
+        };
+        let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
+        let meshes = import
+            .primitives
+            .into_iter()
+            .map(|primitive| primitive.mesh);
+        let largest = meshes.max_by_key(SourceMesh::triangle_count);
+        largest.ok_or_else(|| no_primitives(path))
     }
 }
 
 fn no_primitives(path: &Path) -> Failure {
     Failure::new(path, "the file has no primitives")
-}
-
-/// The source mesh of a hierarchy, with its triangles in the order of the units.
-fn source_mesh(hierarchy: &Hierarchy) -> SourceMesh {
-    let units = hierarchy.source_units().map(|unit| &hierarchy.units[unit]);
-    let triangles = units.flat_map(|unit| hierarchy.triangles_of(unit));
-    let vertices = hierarchy.source_vertices();
-    let mut mesh = SourceMesh {
-        indices: triangles.flatten().collect(),
-        ..SourceMesh::default()
-    };
-    mesh.positions = vertices.positions;
-    mesh.normals = vertices.normals;
-    mesh.uvs = vertices.uvs;
-    mesh
 }

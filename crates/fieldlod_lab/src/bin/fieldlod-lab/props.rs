@@ -17,8 +17,8 @@ use crate::models::Model;
 /// Needs a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf, .glb or .fieldlod files [default: generated plants]. The mesh of each file with the most triangles
-    /// is measured, with all its primitives.
+    /// The .gltf or .glb files [default: generated plants]. The mesh of each file with the most triangles is measured,
+    /// with all its primitives.
     models: Vec<PathBuf>,
     /// Number of view directions.
     #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]

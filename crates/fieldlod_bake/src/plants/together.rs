@@ -205,9 +205,9 @@ fn bake_joined(
     );
     let mut whole = hierarchy.whole_mesh_levels()?;
     unify_mean_normals(&mut whole);
-    let parts = meshes.iter().zip(ranges);
+    let parts = meshes.iter().enumerate();
     let parts: Vec<Part<'_>> = parts
-        .map(|(mesh, range)| Part::of(mesh, range, &whole))
+        .map(|(index, mesh)| Part::of(mesh, index, &ranges, &whole))
         .collect();
     // All meshes get the deviations of the worst mesh, so that they change levels together.
     let deviations = deviations(&parts, &whole, config);
@@ -270,8 +270,9 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// Cuts out the mesh with the vertices `range` of `whole`.
-    fn of(mesh: &'a SourceMesh, range: Range<usize>, whole: &Hierarchy) -> Self {
+    /// Cuts out a mesh. `ranges` are the vertices of each mesh in `whole`.
+    fn of(mesh: &'a SourceMesh, index: usize, ranges: &[Range<usize>], whole: &Hierarchy) -> Self {
+        let range = ranges[index].clone();
         let of_whole = whole.vertices.positions[range.clone()].iter();
         let mut part = Self {
             mesh,
@@ -283,13 +284,19 @@ impl<'a> Part<'a> {
             moved_from: Vec::new(),
             levels: Vec::new(),
         };
-        let is_own = |vertex: u32| range.contains(&(whole.origin_of(vertex).unwrap_or(0) as usize));
-        // The simplifier may weld vertices at the same position, so a triangle may mix vertices of two meshes.
-        let is_mostly_own =
-            |triangle: &[u32; 3]| triangle.iter().filter(|v| is_own(**v)).count() > 1;
+        let mesh_of = |vertex: u32| {
+            let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
+            ranges.partition_point(|range| range.end <= origin)
+        };
+        // The simplifier may weld vertices at the same position, so a triangle may mix vertices of two or three meshes.
+        // Each triangle belongs to exactly one mesh; otherwise there would be holes.
+        let is_own = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(mesh_of);
+            index == if b == c { b } else { a }
+        };
         let mut own_of = FxHashMap::default();
         for (level, unit) in whole.units.iter().enumerate() {
-            let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_mostly_own).collect();
+            let triangles: Vec<[u32; 3]> = whole.triangles_of(unit).filter(is_own).collect();
             // If no triangles of a mesh are left, it keeps its previous level.
             if level == 0 || !triangles.is_empty() {
                 let mut own = |vertex: u32| {

@@ -1,6 +1,6 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
-//! Every level of [`Hierarchy::whole_mesh_levels`] is drawn and compared with the source, from directions spread over
+//! Every level of the whole mesh is drawn and compared with the source, from directions spread over
 //! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen. The levels that the
 //! selection chooses at [`ERROR_PX`] are compared in the same way.
 
@@ -79,7 +79,7 @@ pub fn measure(
         for direction in (0..directions).map(|index| direction(index, directions)) {
             let eye = eye(&prop.sphere, direction, radius_px);
             let reference = prop.draw(renderer, &eye, &prop.source())?;
-            let look = |units: &[u32]| {
+            let look = |units: &[Vec<u32>]| {
                 let picture = prop.draw(renderer, &eye, units)?;
                 Ok::<_, RenderError>(look_of(&reference, &picture))
             };

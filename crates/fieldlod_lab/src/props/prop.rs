@@ -8,17 +8,26 @@ use super::ERROR_PX;
 use crate::eye::Eye;
 use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
 
-/// The uploaded meshes of a prop, with levels of whole meshes.
+/// The uploaded meshes of a prop. A mesh has one unit per level, unless a level has too many vertices for it.
 #[derive(Debug)]
 pub struct Prop {
     meshes: Vec<Hierarchy>,
+    /// The levels of each mesh, finest first.
+    levels: Vec<Vec<Level>>,
     models: Vec<DrawnModel>,
     /// The sphere around the source vertices. It is equal for all bakes, so they have the same size on screen.
     pub sphere: Sphere,
 }
 
-/// The drawn unit of each mesh.
-type Units = Vec<u32>;
+/// The drawn units of each mesh.
+type Units = Vec<Vec<u32>>;
+
+/// A level of one whole mesh.
+#[derive(Debug)]
+struct Level {
+    error_in_local: f32,
+    units: Vec<u32>,
+}
 
 impl Prop {
     /// Uploads `baked` as levels of whole meshes.
@@ -33,6 +42,7 @@ impl Prop {
         Self {
             sphere: Sphere::around(sources),
             models: meshes.iter().map(|mesh| renderer.upload(mesh)).collect(),
+            levels: meshes.iter().map(levels_of).collect(),
             meshes,
         }
     }
@@ -40,24 +50,30 @@ impl Prop {
     /// The units of full detail.
     #[must_use]
     pub fn source(&self) -> Units {
-        vec![0; self.meshes.len()]
+        let levels = self.levels.iter();
+        levels.map(|levels| levels[0].units.clone()).collect()
     }
 
-    /// All levels except the source, each with its error. A level has the coarsest unit of each mesh within its error.
+    /// All levels except the source, each with its error. A level has the coarsest units of each mesh within its error.
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
-        let groups = self.meshes.iter().flat_map(|mesh| &mesh.groups);
-        let errors = groups.map(|group| group.error_in_local);
-        let mut errors: Vec<f32> = errors.filter(|error| error.is_finite()).collect();
+        let coarser = self.levels.iter().flat_map(|levels| &levels[1..]);
+        let mut errors: Vec<f32> = coarser.map(|level| level.error_in_local).collect();
         errors.sort_by(f32::total_cmp);
         errors.dedup();
-        let level = |mesh: &Hierarchy, error: f32| {
-            let mut groups = mesh.groups.iter();
-            let finer = groups.position(|group| group.error_in_local > error);
-            finer.unwrap_or(mesh.units.len() - 1) as u32
+        let units = |levels: &Vec<Level>, error: f32| {
+            let coarser = levels.partition_point(|level| level.error_in_local <= error);
+            levels[coarser - 1].units.clone()
         };
-        let units = |error: f32| self.meshes.iter().map(|mesh| level(mesh, error)).collect();
-        let levels = errors.into_iter().map(|error| (error, units(error)));
-        levels.collect()
+        let level = |error: f32| {
+            self.levels
+                .iter()
+                .map(|levels| units(levels, error))
+                .collect()
+        };
+        errors
+            .into_iter()
+            .map(|error| (error, level(error)))
+            .collect()
     }
 
     /// The units selected at [`ERROR_PX`].
@@ -67,18 +83,18 @@ impl Prop {
         let mut cut = Cut::default();
         let mut unit = |mesh: &Hierarchy| {
             select(mesh, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
-            cut.units().first().copied().unwrap_or_default()
+            cut.units().to_vec()
         };
         self.meshes.iter().map(&mut unit).collect()
     }
 
     /// Triangles of some units.
     #[must_use]
-    pub fn triangles(&self, units: &[u32]) -> u32 {
+    pub fn triangles(&self, units: &[Vec<u32>]) -> u32 {
         let pairs = self.meshes.iter().zip(units);
-        pairs
-            .map(|(mesh, &unit)| mesh.units[unit as usize].triangle_count)
-            .sum()
+        let units =
+            pairs.flat_map(|(mesh, units)| units.iter().map(|&unit| &mesh.units[unit as usize]));
+        units.map(|unit| unit.triangle_count).sum()
     }
 
     /// Draws some units.
@@ -89,11 +105,45 @@ impl Prop {
         &self,
         renderer: &Renderer,
         eye: &Eye,
-        units: &[u32],
+        units: &[Vec<u32>],
     ) -> Result<Picture, RenderError> {
-        let placed = self.models.iter().zip(units.chunks(1));
-        let placed = placed.map(|(model, unit)| PlacedUnits::at_origin(model, unit));
+        let placed = self.models.iter().zip(units);
+        let placed = placed.map(|(model, units)| PlacedUnits::at_origin(model, units));
         let placed: Vec<PlacedUnits<'_>> = placed.collect();
         renderer.draw_scene(&placed, eye)
+    }
+}
+
+/// The levels of a whole mesh, finest first.
+fn levels_of(mesh: &Hierarchy) -> Vec<Level> {
+    let levels = 0..mesh.level_count();
+    let units = |level| {
+        mesh.units_at_level(level)
+            .into_iter()
+            .map(|unit| unit as u32)
+    };
+    let level = |level| Level {
+        error_in_local: mesh.largest_below(level, |group| group.error_in_local),
+        units: units(level).collect(),
+    };
+    levels.map(level).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::holes::open_edges;
+    use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
+
+    /// A level of a mesh with more than 65,536 vertices has several units.
+    #[test]
+    fn levels_of_several_units_are_whole() {
+        let mesh = bake_mesh(&fixtures::rock(5, 1), &BakeConfig::fine_grained()).unwrap();
+        let levels = levels_of(&mesh);
+        assert!(levels.len() > 3 && levels[0].units.len() > 1);
+        assert!(levels.is_sorted_by_key(|level| level.error_in_local));
+        for level in levels {
+            assert_eq!(open_edges(&mesh, &level.units), 0);
+        }
     }
 }

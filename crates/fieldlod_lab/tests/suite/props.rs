@@ -24,7 +24,7 @@ fn changes_of_level_on_approach_are_small() {
         .map(|radius_px| {
             let eye = props::eye(&prop.sphere, props::direction(3, 8), radius_px);
             let units = prop.selected(&eye);
-            let draw = |units: &[u32]| prop.draw(&renderer, &eye, units).unwrap();
+            let draw = |units: &[Vec<u32>]| prop.draw(&renderer, &eye, units).unwrap();
             let look = props::look_of(&draw(&prop.source()), &draw(&units));
             (prop.triangles(&units), look)
         });

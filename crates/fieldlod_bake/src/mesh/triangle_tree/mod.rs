@@ -37,8 +37,9 @@ struct Node {
 
 const IS_LEAF: u32 = 1 << 31;
 
-/// Half the surface of a box relative to the area of its triangles. Four triangles of a plane, or of a smooth surface,
-/// have at most 6.
+/// Half the surface of the triangles' boxes relative to the triangles' area, for each box around a leaf. 99 % of the
+/// leaves of scans and terrains have less than 5.5, those of a disc of 20,000 needles 2,000 to 3,000. One box stays up
+/// to twice this limit.
 const MAX_EMPTINESS: f32 = 16.0;
 /// Maximum number of boxes around one leaf. More boxes cost memory for meshes of needles only.
 const MAX_PIECES: usize = 16;
@@ -273,16 +274,16 @@ fn push_nearest_last(
 /// Boxes around some triangles, usually one. Needles across the axes get several boxes: in a fan of thousands of needles,
 /// each point would otherwise be in the boxes of a quarter of them.
 fn boxes_of(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
-    let [min, max] = [Vec3::min, Vec3::max].map(|most| {
-        let corners = triangles.as_flattened().iter().copied();
-        corners.reduce(most).unwrap_or_default()
-    });
+    let [min, max] = range_of(triangles.as_flattened());
     let size = max - min;
-    let areas = triangles
-        .iter()
-        .map(|[a, b, c]| (*b - *a).cross(*c - *a).length() * 0.5);
-    let half_surface = size.dot(Vec3::new(size.y, size.z, size.x));
-    let emptiness = half_surface / areas.sum::<f32>();
+    let half_surface = |triangle: &[Vec3; 3]| {
+        let [min, max] = range_of(triangle);
+        let size = max - min;
+        size.dot(Vec3::new(size.y, size.z, size.x))
+    };
+    let area = |[a, b, c]: &[Vec3; 3]| (*b - *a).cross(*c - *a).length() * 0.5;
+    let emptiness =
+        triangles.iter().map(half_surface).sum::<f32>() / triangles.iter().map(area).sum::<f32>();
     // A cast turns infinity into the largest number, and NaN into zero.
     let pieces = ((emptiness / MAX_EMPTINESS) as usize).clamp(1, MAX_PIECES);
     if pieces == 1 {
@@ -304,6 +305,10 @@ fn boxes_of(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
         Some(aabb_of(points.flat_map(|p| [p - margin, p + margin])))
     });
     boxes.collect()
+}
+
+fn range_of(points: &[Vec3]) -> [Vec3; 2] {
+    [Vec3::min, Vec3::max].map(|most| points.iter().copied().reduce(most).unwrap_or_default())
 }
 
 /// The part of an edge between two planes across an axis.

@@ -15,8 +15,8 @@ use crate::lanes::bits::{CHUNK, LANES};
 /// Eight spheres in world space.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EightSpheres {
-    center: [[f32; LANES]; 3],
-    radius: [f32; LANES],
+    pub(crate) center: [[f32; LANES]; 3],
+    pub(crate) radius: [f32; LANES],
 }
 
 impl EightSpheres {
@@ -44,6 +44,16 @@ impl EightSpheres {
     pub(crate) fn center(&self) -> V3<f32x8> {
         let [x, y, z] = self.center.map(f32x8::new);
         V3 { x, y, z }
+    }
+
+    #[inline(always)]
+    pub(crate) fn center_at(&self, lane: usize) -> V3<f32> {
+        let [x, y, z] = &self.center;
+        V3 {
+            x: x[lane],
+            y: y[lane],
+            z: z[lane],
+        }
     }
 
     #[inline]

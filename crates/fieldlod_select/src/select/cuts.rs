@@ -4,6 +4,7 @@ use super::changes::{Change, Changes};
 use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
 use super::limits::columns::LimitColumns;
+use super::limits::keep_test::{Looked, Near};
 use super::memory::{InstanceMemory, InstanceState};
 use super::motion::Odometer;
 use crate::hidden::OcclusionBuffer;
@@ -29,6 +30,8 @@ pub(crate) struct SceneCuts {
     pub(super) journal_revision: u64,
     pub(super) pool: Pool,
     pub(crate) odometer: Odometer,
+    /// Reused buffers: results of the tests of chunks and of instances.
+    looked: [Vec<Looked>; 2],
     /// Reused buffer: one bit per group, the result of a hold test.
     pub(super) own_throughout: Vec<u64>,
     /// The depth image of visible flux, and a reused buffer for the visible shares of the groups of one instance.
@@ -71,30 +74,26 @@ impl SceneCuts {
     /// Tests all instances, and decides those whose cut may change.
     pub(crate) fn decide_near(&mut self, frame: &Frame) {
         let (columns, test) = (&frame.scene.columns, &frame.test);
+        let [mut chunks, mut instances] = std::mem::take(&mut self.looked);
+        test.look(&columns.chunks, &self.limits.chunks, &mut chunks);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
-        for element in 0..self.limits.chunks.len() {
-            let looked = test.look(&columns.chunks[element], &self.limits.chunks[element]);
-            for near in looked.iter().flat_map(|looked| looked.near(element)) {
-                if near.slot < chunk_count {
-                    self.decide_near_in(frame, near.slot);
+        for chunk in chunks.iter().flat_map(Looked::near) {
+            if chunk.slot >= chunk_count {
+                continue;
+            }
+            self.limits.refit(chunk.slot);
+            let first = chunk.slot * (CHUNK / LANES);
+            let end = self.limits.instances.len().min(first + CHUNK / LANES);
+            let spheres = &columns.spheres[first..end];
+            test.look(spheres, &self.limits.instances[first..end], &mut instances);
+            for near in instances.iter().flat_map(Looked::near) {
+                let slot = first * LANES + near.slot;
+                if slot < self.memories.len() {
+                    self.decide(frame, &Near { slot, ..near });
                 }
             }
         }
-    }
-
-    fn decide_near_in(&mut self, frame: &Frame, chunk: usize) {
-        let (columns, test) = (&frame.scene.columns, &frame.test);
-        let first = chunk * (CHUNK / LANES);
-        let end = self.limits.instances.len().min(first + CHUNK / LANES);
-        self.limits.refit(chunk);
-        for element in first..end {
-            let looked = test.look(&columns.spheres[element], &self.limits.instances[element]);
-            for near in looked.iter().flat_map(|looked| looked.near(element)) {
-                if near.slot < self.memories.len() {
-                    self.decide(frame, &near);
-                }
-            }
-        }
+        self.looked = [chunks, instances];
     }
 
     /// Changes an instance to a state without a cut of its own.

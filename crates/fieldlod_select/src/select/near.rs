@@ -175,7 +175,7 @@ impl SceneCuts {
         let settings = frame.settings;
         let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
         let ahead = self.odometer.ahead.filter(|_| may_hold);
-        let drift = ahead.and_then(|ahead| frame.test.drift(&placed.sphere, ahead));
+        let drift = ahead.and_then(|ahead| frame.test.lens.drift(&placed.sphere, ahead));
         let (Some(ahead), Some(drift)) = (ahead, drift) else {
             return false;
         };

@@ -12,14 +12,13 @@
 use camera_field::Camera;
 use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
-use wide::f32x8;
 
 use super::columns::EightLimits;
 use crate::criterion::extent::corner_secant;
 use crate::criterion::limits::{Allowed, ErrorUnits};
 use crate::criterion::{Drift, Motion, px_per_unit};
 use crate::lanes::bits::{LANES, set_bits_of};
-use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::lanes::{Lane, M3, V3, bits_of, with_avx2};
 use crate::scene::columns::EightSpheres;
 use crate::settings::{LodSettings, Offscreen, Thresholds};
 use crate::view::View;
@@ -34,6 +33,14 @@ const ROUNDING: f32 = 1.001;
 
 /// The test of one view under one set of settings.
 pub(crate) struct KeepTest {
+    pub(crate) lens: LensTest,
+    shadows: Option<ShadowTest>,
+}
+
+/// The test without the shadows. Each pass copies it: through a reference, the compiler could not read a field of a
+/// branch that it turns into vector instructions.
+#[derive(Clone, Copy)]
+pub(crate) struct LensTest {
     eye: Vec3,
     eye_slack: f32,
     camera_from_world: Mat3,
@@ -50,7 +57,6 @@ pub(crate) struct KeepTest {
     /// The least factor of [`AdvancedSettings::min_aspect_ratio`](crate::AdvancedSettings::min_aspect_ratio); 0 if
     /// errors have no lower bound.
     least_relaxation: f32,
-    shadows: Option<ShadowTest>,
 }
 
 /// Thresholds over pixels per unit of error, of groups that were not refined and of groups that were refined: rounded
@@ -71,11 +77,11 @@ struct Sighted<L> {
 }
 
 /// Bounds of errors, divided by threshold and scale.
-struct Bounds<L> {
+struct Bounds {
     /// In the view: errors up to the first certainly fit, errors above the second certainly exceed.
-    in_view: [L; 2],
+    in_view: [f32; 2],
     /// The same bounds on the axis, for spheres outside the view.
-    on_axis: [L; 2],
+    on_axis: [f32; 2],
 }
 
 /// An instance whose cut may change in this frame.
@@ -88,8 +94,11 @@ pub(in crate::select) struct Near {
     pub(in crate::select) allowed: Allowed<f32>,
 }
 
-/// Result of the test of eight instances.
-pub(crate) struct Looked {
+/// Result of the test of eight instances of which some may change.
+#[derive(Debug)]
+pub(in crate::select) struct Looked {
+    /// The place of the first instance.
+    first: usize,
     /// Bits of the instances that keep their cuts.
     kept: u32,
     /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
@@ -98,11 +107,12 @@ pub(crate) struct Looked {
 }
 
 impl Looked {
-    /// The instances whose cuts may change. `element` is the place of the eight instances in their column.
-    pub(crate) fn near(&self, element: usize) -> impl Iterator<Item = Near> + '_ {
+    /// The instances whose cuts may change.
+    #[inline]
+    pub(in crate::select) fn near(&self) -> impl Iterator<Item = Near> + '_ {
         let Allowed { coarse, fine } = &self.allowed;
         set_bits_of(!self.kept & 0xff).map(move |lane| Near {
-            slot: element * LANES + lane,
+            slot: self.first + lane,
             is_dark: self.dark >> lane & 1 == 1,
             allowed: Allowed {
                 coarse: [coarse[0][lane], coarse[1][lane]],
@@ -135,7 +145,7 @@ impl KeepTest {
             Offscreen::Coarsest => None,
             Offscreen::OnAxis { bias } => Some(Scale::new(&thresholds, per_unit * bias.abs())),
         };
-        Self {
+        let lens = LensTest {
             eye: view.eye_in_world,
             eye_slack: (view.eye_in_world.abs().element_sum()) * POSITION_SLACK,
             camera_from_world: view.camera_from_world * one,
@@ -147,48 +157,106 @@ impl KeepTest {
             on_axis,
             counts_secant: [units.deviation > 0.0, !counts_error],
             least_relaxation: least_relaxation(settings, &view.camera),
+        };
+        Self {
+            lens,
             shadows: on_axis.and_then(|_| ShadowTest::new(view)),
         }
     }
 
-    /// Looks at eight instances, or chunks of them; `None` if all of them stay as they are.
-    #[inline]
-    pub(crate) fn look(&self, spheres: &EightSpheres, limits: &EightLimits) -> Option<Looked> {
-        let (lowest, highest) = (f32x8::new(limits.lowest), f32x8::new(limits.highest));
-        let is_still = highest.is_below(f32x8::zero());
+    /// Tests elements of eight instances, or of eight chunks. `looked` gets the elements of which some may change.
+    ///
+    /// AVX2 is used if the processor has it. The results are the same.
+    pub(in crate::select) fn look(
+        &self,
+        spheres: &[EightSpheres],
+        limits: &[EightLimits],
+        looked: &mut Vec<Looked>,
+    ) {
+        looked.clear();
+        let elements = spheres.iter().zip(limits).enumerate();
+        with_avx2(
+            #[inline(always)]
+            || {
+                let lens = self.lens;
+                for (element, (spheres, limits)) in elements {
+                    let dark = self.dark(spheres);
+                    looked.extend(lens.look_at(element * LANES, spheres, limits, &dark));
+                }
+            },
+        );
+    }
+
+    /// Which of eight spheres cast no shadow into the image.
+    #[inline(always)]
+    fn dark(&self, spheres: &EightSpheres) -> [u8; LANES] {
+        match (&self.lens.on_axis, &self.shadows) {
+            (None, _) => [1; LANES],
+            (Some(_), None) => [0; LANES],
+            (Some(_), Some(shadows)) => {
+                let sighted = self.lens.sight(spheres.center(), spheres.radius());
+                let dark = bits_of(shadows.is_dark(sighted.world, sighted.seen, sighted.radius));
+                std::array::from_fn(|lane| (dark >> lane & 1) as u8)
+            }
+        }
+    }
+}
+
+impl LensTest {
+    /// Tests eight instances, or eight chunks; `None` if all of them stay as they are.
+    ///
+    /// The compiler turns the loops over lanes into vector instructions of the processor that the caller was compiled
+    /// for. `f32x8` would have those of the whole crate.
+    #[inline(always)]
+    fn look_at(
+        &self,
+        first: usize,
+        spheres: &EightSpheres,
+        EightLimits { lowest, highest }: &EightLimits,
+        dark: &[u8; LANES],
+    ) -> Option<Looked> {
+        let sighted = |lane: usize| self.sight(spheres.center_at(lane), spheres.radius[lane]);
         // Most instances are outside the view.
-        let sighted = self.sight(spheres.center(), spheres.radius());
-        let is_coarsest = f32x8::infinity().is_at_most(lowest);
-        let dark = self.is_dark(&sighted);
-        let outside = self.is_outside(0, &sighted);
-        let unseen = outside & is_coarsest & dark;
-        if bits_of(unseen | is_still) == 0xff {
+        let mut idle = [0u8; LANES];
+        for lane in 0..LANES {
+            let is_coarsest = lowest[lane] >= f32::INFINITY;
+            let unseen = self.is_outside(0, &sighted(lane)) & is_coarsest & (dark[lane] != 0);
+            idle[lane] = u8::from(unseen | (highest[lane] < 0.0));
+        }
+        if idle == [1; LANES] {
             return None;
         }
         // Most of the other instances are within their limits.
-        let bounds = self.bounds(0, &sighted);
-        let entering = self.coarse(0, &sighted, &bounds, dark);
-        let leaving = self.fine(1, &sighted, &bounds, dark);
-        let fits = highest.is_at_most(entering);
-        let shows = is_coarsest | leaving.is_below(lowest);
-        let kept = bits_of(unseen | is_still | (fits & shows));
+        let mut kept = [0u8; LANES];
+        let [mut entering, mut leaving] = [[0.0; LANES]; 2];
+        for lane in 0..LANES {
+            let (sighted, is_dark) = (sighted(lane), dark[lane] != 0);
+            let bounds = self.bounds(0, &sighted);
+            entering[lane] = self.coarse(0, &sighted, &bounds, is_dark);
+            leaving[lane] = self.fine(1, &sighted, &bounds, is_dark);
+            let fits = highest[lane] <= entering[lane];
+            let shows = (lowest[lane] >= f32::INFINITY) | (leaving[lane] < lowest[lane]);
+            kept[lane] = idle[lane] | u8::from(fits & shows);
+        }
+        if kept == [1; LANES] {
+            return None;
+        }
+        let [mut staying, mut refining] = [[0.0; LANES]; 2];
+        let mut unlit = [0u8; LANES];
+        for lane in 0..LANES {
+            let (sighted, is_dark) = (sighted(lane), dark[lane] != 0);
+            staying[lane] = self.coarse(1, &sighted, &self.bounds(1, &sighted), is_dark);
+            refining[lane] = self.fine(0, &sighted, &self.bounds(0, &sighted), is_dark);
+            unlit[lane] = u8::from(is_dark & self.is_outside(0, &sighted));
+        }
         let counts_outside = self.on_axis.is_some();
-        (kept != 0xff).then(|| Looked {
-            kept,
-            dark: match counts_outside {
-                true => bits_of(dark & outside),
-                false => 0,
-            },
+        Some(Looked {
+            first,
+            kept: bits(&kept),
+            dark: if counts_outside { bits(&unlit) } else { 0 },
             allowed: Allowed {
-                coarse: [
-                    entering.to_array(),
-                    self.coarse(1, &sighted, &self.bounds(1, &sighted), dark)
-                        .to_array(),
-                ],
-                fine: [
-                    self.fine(0, &sighted, &bounds, dark).to_array(),
-                    leaving.to_array(),
-                ],
+                coarse: [entering, staying],
+                fine: [refining, leaving],
             },
         })
     }
@@ -247,88 +315,63 @@ impl KeepTest {
         }
     }
 
-    /// Which spheres are certainly outside of the view that groups enter, 0, or leave, 1.
+    /// Whether a sphere is certainly outside of the view that groups enter, 0, or leave, 1.
     #[inline(always)]
-    fn is_outside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
+    fn is_outside(&self, width: usize, sighted: &Sighted<f32>) -> bool {
         let beyond = -self.sides[width].least_inside(sighted.seen);
-        sighted.radius.is_below(match self.is_orthographic {
-            true => beyond,
-            false => beyond.larger(-sighted.seen.z),
-        })
-    }
-
-    /// Which spheres are certainly not outside: their centres are in the view.
-    #[inline(always)]
-    fn is_inside<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> L::Mask {
-        let inside_by = self.sides[width].least_inside(sighted.seen);
-        sighted.slack.is_below(match self.is_orthographic {
-            true => inside_by,
-            false => inside_by.smaller(sighted.seen.z),
-        })
-    }
-
-    /// Which spheres cast no shadow into the image, if they are outside the view; all if instances there do not count.
-    #[inline(always)]
-    fn is_dark<L: Lane>(&self, sighted: &Sighted<L>) -> L::Mask {
-        let all = L::zero().is_at_most(L::zero());
-        match (&self.on_axis, &self.shadows) {
-            (None, _) => all,
-            (Some(_), None) => !all,
-            (Some(_), Some(shadows)) => {
-                shadows.is_dark(sighted.world, sighted.seen, sighted.radius)
+        sighted.radius
+            < match self.is_orthographic {
+                true => beyond,
+                false => beyond.larger(-sighted.seen.z),
             }
-        }
     }
 
-    /// The largest errors of groups that are certainly not refined, by whether they were.
+    /// Whether a sphere is certainly not outside: its centre is in the view.
     #[inline(always)]
-    fn coarse<L: Lane>(
-        &self,
-        width: usize,
-        sighted: &Sighted<L>,
-        bounds: &Bounds<L>,
-        dark: L::Mask,
-    ) -> L {
-        let mut in_view = bounds.in_view[0] * L::splat(self.scale.coarse[width]);
-        let mut outside = L::infinity();
+    fn is_inside(&self, width: usize, sighted: &Sighted<f32>) -> bool {
+        let inside_by = self.sides[width].least_inside(sighted.seen);
+        sighted.slack
+            < match self.is_orthographic {
+                true => inside_by,
+                false => inside_by.smaller(sighted.seen.z),
+            }
+    }
+
+    /// The largest error of groups that are certainly not refined, by whether they were.
+    #[inline(always)]
+    fn coarse(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, dark: bool) -> f32 {
+        let mut in_view = bounds.in_view[0] * self.scale.coarse[width];
+        let mut outside = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
-            let on_axis = bounds.on_axis[0] * L::splat(scale.coarse[width]);
+            let on_axis = bounds.on_axis[0] * scale.coarse[width];
             // A sphere on the edge may be inside or outside.
             in_view = in_view.smaller(on_axis);
-            outside = L::choose(dark, outside, on_axis);
+            outside = f32::choose(dark, outside, on_axis);
         }
-        L::choose(self.is_outside(width, sighted), outside, in_view)
+        f32::choose(self.is_outside(width, sighted), outside, in_view)
     }
 
-    /// The errors above which groups are certainly refined, by whether they were.
+    /// The error above which groups are certainly refined, by whether they were.
     #[inline(always)]
-    fn fine<L: Lane>(
-        &self,
-        width: usize,
-        sighted: &Sighted<L>,
-        bounds: &Bounds<L>,
-        dark: L::Mask,
-    ) -> L {
-        let in_view = bounds.in_view[1] * L::splat(self.scale.fine[width]);
-        let mut elsewhere = L::infinity();
+    fn fine(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, dark: bool) -> f32 {
+        let in_view = bounds.in_view[1] * self.scale.fine[width];
+        let mut elsewhere = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
-            let on_axis = bounds.on_axis[1] * L::splat(scale.fine[width]);
             let counts = self.is_outside(width, sighted) & !dark;
-            elsewhere = L::choose(counts, on_axis, elsewhere);
+            elsewhere = f32::choose(counts, bounds.on_axis[1] * scale.fine[width], elsewhere);
         }
-        L::choose(self.is_inside(width, sighted), in_view, elsewhere)
+        f32::choose(self.is_inside(width, sighted), in_view, elsewhere)
     }
 
     /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger.
     /// It therefore has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
-    fn bounds<L: Lane>(&self, width: usize, sighted: &Sighted<L>) -> Bounds<L> {
-        let least_cosine = self.least_cosines[width];
-        let relaxation = L::splat(self.least_relaxation);
+    fn bounds(&self, width: usize, sighted: &Sighted<f32>) -> Bounds {
+        let (least_cosine, relaxation) = (self.least_cosines[width], self.least_relaxation);
         if self.is_orthographic {
             return Bounds {
-                in_view: [L::one(); 2],
-                on_axis: [L::one(); 2],
+                in_view: [1.0; 2],
+                on_axis: [1.0; 2],
             };
         }
         let Sighted {
@@ -344,7 +387,7 @@ impl KeepTest {
         let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
-        let cosine = (cosine - L::splat(1e-5)).larger(L::splat(least_cosine));
+        let cosine = (cosine - 1e-5).larger(least_cosine);
         let depth = (seen.z - radius).larger(gap * cosine);
         let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
             true => depth * cosine,
@@ -352,18 +395,22 @@ impl KeepTest {
         });
         // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
         // excess over the gap.
-        let excess = radius * L::splat(0.002) + slack * L::splat(2.0);
-        let rest = (gap - excess * L::splat(6.0 / least_cosine)) * relaxation;
-        let is_certain = L::zero().is_below(rest);
+        let excess = radius * 0.002 + slack * 2.0;
+        let rest = (gap - excess * (6.0 / least_cosine)) * relaxation;
         Bounds {
             in_view: [
                 // A sphere that reaches the camera has no bound.
-                L::choose(L::zero().is_below(gap), most, -L::infinity()),
-                L::choose(is_certain, least * gap / rest, L::infinity()),
+                f32::choose(gap > 0.0, most, f32::NEG_INFINITY),
+                f32::choose(rest > 0.0, least * gap / rest, f32::INFINITY),
             ],
-            on_axis: [gap, (distance * L::splat(ROUNDING) + slack) / relaxation],
+            on_axis: [gap, (distance * ROUNDING + slack) / relaxation],
         }
     }
+}
+
+/// One bit for each lane that is 1.
+fn bits(lanes: &[u8; LANES]) -> u32 {
+    (0..LANES).fold(0, |bits, lane| bits | u32::from(lanes[lane]) << lane)
 }
 
 impl Scale {
@@ -387,5 +434,54 @@ fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
         (0.999 / (corner_secant(camera) * settings.advanced.min_aspect_ratio)).min(1.0)
     } else {
         1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use camera_field::Intrinsics;
+    use glam::{Affine3A, Vec2};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::view::shadow_lights::ShadowLight;
+
+    fn any_number() -> impl Strategy<Value = f32> {
+        prop_oneof![
+            8 => -30.0f32..30.0,
+            1 => prop::sample::select(vec![0.0, -2.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]),
+        ]
+    }
+
+    fn any_columns<const N: usize>() -> impl Strategy<Value = [[f32; LANES]; N]> {
+        let column = prop::collection::vec(any_number(), LANES);
+        prop::collection::vec(column, N).prop_map(|columns| {
+            let column = |column: usize| std::array::from_fn(|lane| columns[column][lane]);
+            std::array::from_fn(column)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn avx2_gives_the_same_bits(
+            [x, y, z, radius, lowest, highest] in any_columns::<6>(),
+            turn in -3.0f32..3.0,
+            bias in prop::option::of(0.1f32..1.0),
+            has_sun in any::<bool>(),
+        ) {
+            let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
+            let pose = Affine3A::from_rotation_y(turn);
+            let suns = [ShadowLight::Sun(Vec3::NEG_Y)];
+            let view = View::new(camera, &pose).with_shadow_lights(&suns[..usize::from(has_sun)]);
+            let mut settings = LodSettings::default();
+            settings.advanced.offscreen = bias.map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias });
+            let test = KeepTest::new(&view, &settings);
+            let spheres = EightSpheres { center: [x, y, z], radius: radius.map(f32::abs) };
+            let limits = EightLimits { lowest, highest };
+            let mut looked = Vec::new();
+            test.look(&[spheres], &[limits], &mut looked);
+            let without_avx2 = test.lens.look_at(0, &spheres, &limits, &test.dark(&spheres));
+            prop_assert_eq!(format!("{:?}", looked.first()), format!("{:?}", without_avx2.as_ref()));
+        }
     }
 }

@@ -16,6 +16,7 @@ use percent_encoding::percent_decode_str;
 use serde::Serialize;
 
 use crate::fallbacks::{PrimitiveBake, fallback_lines};
+use crate::quantized::{coarse_grids, median_edges};
 use crate::scene::{Scene, image_files};
 use crate::summary::PrimitiveSummary;
 
@@ -155,6 +156,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (import, scene) = read(arguments)?;
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
+    let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
         precision: arguments.precision(),
         beside_source: arguments.beside_source,
@@ -170,6 +172,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         bytes = PagedFile::to_bytes(&outcome.file, arguments.page_options());
     }
     let mut warnings = Vec::new();
+    if let Some(edges) = edges {
+        warnings.extend(coarse_grids(&outcome.file, &edges));
+    }
     let written = if let Some(scene) = scene {
         scene.write(arguments, &output, &outcome.file, &mut warnings)?
     } else {

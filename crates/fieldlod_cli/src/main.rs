@@ -8,6 +8,7 @@ mod bake;
 mod fallbacks;
 mod inspect;
 mod pages;
+mod quantized;
 mod scene;
 mod summary;
 mod verify;

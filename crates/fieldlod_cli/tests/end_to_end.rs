@@ -332,6 +332,16 @@ fn faulty_primitives_are_skipped_unless_strict() {
     self::output(&["verify", text(&input), text(&output)]);
 }
 
+#[test]
+fn coarse_grids_of_quantized_positions_are_reported() {
+    let folder = TempDir::new().unwrap();
+    for (cells, is_coarse) in [(8, false), (100, true)] {
+        let input = grid_glb(folder.path(), cells);
+        let shown = output(&["bake", "--quantize", text(&input)]);
+        assert_eq!(shown.contains("of the median edge"), is_coarse, "{shown}");
+    }
+}
+
 /// The grid with two joints, of which the second bends its right half. Its weight at the last vertex is `last`.
 fn skinned_glb(folder: &Path, last: f32) -> PathBuf {
     let mut file = Glb::read(&grid_glb(folder, 24));

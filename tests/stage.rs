@@ -96,14 +96,7 @@ impl Stage {
     /// [`Stage::stock`] with other plugins of Bevy.
     pub fn stock_with(plugins: PluginGroupBuilder) -> Option<Self> {
         if !has_adapter() {
-            assert!(
-                std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
-                "no Vulkan adapter: install mesa-vulkan-drivers"
-            );
-            // The test harness hides the output of `eprintln!` when a test passes.
-            let line =
-                "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one\n";
-            std::io::stderr().write_all(line.as_bytes()).unwrap();
+            skip_without_adapter();
             return None;
         }
         let mut app = App::new();
@@ -235,6 +228,17 @@ impl Pending {
     pub fn take(&self) -> Option<RgbaImage> {
         self.0.lock().unwrap().take()
     }
+}
+
+/// Notes that a test is skipped. With the environment variable `FIELDLOD_REQUIRE_ADAPTER`, it fails instead.
+pub fn skip_without_adapter() {
+    assert!(
+        std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
+        "no Vulkan adapter: install mesa-vulkan-drivers"
+    );
+    // The test harness hides the output of `eprintln!` when a test passes.
+    let line = "SKIPPED: no Vulkan adapter; the Debian package mesa-vulkan-drivers has one\n";
+    std::io::stderr().write_all(line.as_bytes()).unwrap();
 }
 
 fn has_adapter() -> bool {

@@ -19,6 +19,7 @@ mod drawn_meshes;
 mod gltf_file;
 mod gpu_culling;
 mod holes;
+mod motion;
 mod picture;
 mod sources;
 mod stock;

@@ -1,17 +1,19 @@
-//! Levels of animated characters.
+//! Changes of level of an animated character, measured on pictures of the lab.
 
 use fieldlod_bake::import_gltf_bytes;
 use fieldlod_lab::characters::{PictureOptions, measure};
+use fieldlod_lab::render::{RenderError, Renderer};
+use fieldlod_tests::stage::skip_without_adapter;
 
 use crate::character::character;
-use crate::common::renderer;
 
 /// While a character moves away and comes back, the image error around a change of level is at most 1.5 times that of
 /// neighbouring frames, and no background shows through.
 #[test]
 fn changes_of_level_in_motion_do_not_stand_out() {
-    let Some((renderer, _lock)) = renderer() else {
-        return;
+    let renderer = match Renderer::new() {
+        Err(RenderError::NoAdapter) => return skip_without_adapter(),
+        renderer => renderer.unwrap(),
     };
     let bytes = character(1.0).glb_bytes();
     let import = import_gltf_bytes(&bytes, &|_| unreachable!("one file")).unwrap();

@@ -28,6 +28,8 @@ cases! {
         Terrain, [Displaced, Wastes], narrow_fov, reported as ["cesium-native 1138"];
     "shadow view": "a light and a camera need different levels",
         Rock, [Displaced], shadow_view, reported as ["bevy 15084"];
+    "non-nested": "bounds that do not nest drop or double parts of the surface",
+        Rock, [], non_nested, reported as ["the rule's own documentation"];
 }
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {
@@ -139,4 +141,13 @@ fn shadow_view(object: &LodObject) -> Vec<Shot> {
         Shot::still(around(light, object, object.radius * 200.0, 70.0))
     }));
     shots
+}
+
+fn non_nested(object: &LodObject) -> Vec<Shot> {
+    let camera = eye(60.0, SMALL, object);
+    let approach = |t: f32| {
+        let distance = object.radius * (1.02 + t * t * 6.0);
+        around(camera, object, distance, 300.0 * t)
+    };
+    vec![Shot::path(64, 32, approach)]
 }

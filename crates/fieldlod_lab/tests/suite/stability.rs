@@ -38,14 +38,15 @@ fn quality_is_closed_and_does_not_flip() {
     }
 }
 
-/// In each case that users reported, a method of another system has a fault.
+/// In each case that users reported, a method of another system has a fault. The case `non-nested` is an exception,
+/// because all methods of the suite have nested bounds.
 #[test]
 fn other_systems_fail_reported_cases() {
     for case in cases().filter(|case| !case.reported.is_empty()) {
         let is_other = |method| !matches!(method, Method::Quality | Method::Guaranteed);
         let mut others = case.verdicts.iter().filter(|it| is_other(it.method));
         let is_shown = others.any(|verdict| !verdict.faults.is_empty());
-        assert!(is_shown, "{case:?}");
+        assert_eq!(is_shown, case.case != "non-nested", "{case:?}");
     }
 }
 

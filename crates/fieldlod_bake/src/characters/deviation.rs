@@ -26,7 +26,8 @@ const IGNORED: f32 = 0.25;
 const ROUNDING: f32 = 0.99;
 /// A triangle is a needle if the squared sine of the angle at its first corner is smaller: its area is mostly rounding.
 const NEEDLE: f32 = 1e-9;
-/// One sample in this many counts in the mean. The mean needs exact distances, whose searches cannot end early.
+/// One sample in this many counts in the mean, whose searches cannot end early. Searches of the same samples also do not
+/// stop at [`IGNORED`], so that small components have some exact distances.
 const MEAN_STEP: usize = 8;
 /// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller distances
 /// are lost to rounding; larger distances take copies away from their neighbours in the tree.
@@ -121,8 +122,8 @@ pub(super) fn mean_distances(
     measured.iter().map(|level| level.rms).collect()
 }
 
-/// Measures levels. `group` has the group of each vertex. Searches end early at distances that do not raise the largest of
-/// their group, unless they are exact.
+/// Measures levels. `group` has the group of each vertex. If `is_exact`, all searches are exact, but only one sample in
+/// [`MEAN_STEP`] is searched. Otherwise, searches end early at distances that do not raise the largest of their group.
 fn measure(
     character: &Character<'_>,
     poses: &[Pose],

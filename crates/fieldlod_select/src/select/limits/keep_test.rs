@@ -339,25 +339,25 @@ impl LensTest {
 
     /// The largest error of groups that are certainly not refined, by whether they were.
     #[inline(always)]
-    fn coarse(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, dark: bool) -> f32 {
+    fn coarse(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, is_dark: bool) -> f32 {
         let mut in_view = bounds.in_view[0] * self.scale.coarse[width];
         let mut outside = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
             let on_axis = bounds.on_axis[0] * scale.coarse[width];
             // A sphere on the edge may be inside or outside.
             in_view = in_view.smaller(on_axis);
-            outside = f32::choose(dark, outside, on_axis);
+            outside = f32::choose(is_dark, outside, on_axis);
         }
         f32::choose(self.is_outside(width, sighted), outside, in_view)
     }
 
     /// The error above which groups are certainly refined, by whether they were.
     #[inline(always)]
-    fn fine(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, dark: bool) -> f32 {
+    fn fine(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, is_dark: bool) -> f32 {
         let in_view = bounds.in_view[1] * self.scale.fine[width];
         let mut elsewhere = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
-            let counts = self.is_outside(width, sighted) & !dark;
+            let counts = self.is_outside(width, sighted) & !is_dark;
             elsewhere = f32::choose(counts, bounds.on_axis[1] * scale.fine[width], elsewhere);
         }
         f32::choose(self.is_inside(width, sighted), in_view, elsewhere)

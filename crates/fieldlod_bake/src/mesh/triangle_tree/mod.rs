@@ -37,15 +37,6 @@ struct Node {
 
 const IS_LEAF: u32 = 1 << 31;
 
-/// Half the surface of the triangles' boxes relative to the triangles' area, for each box around a leaf. 99 % of the
-/// leaves of scans and terrains have less than 5.5, those of a disc of 20,000 needles 2,000 to 3,000. One box stays up
-/// to twice this limit.
-const MAX_EMPTINESS: f32 = 16.0;
-/// Maximum number of boxes around one leaf. More boxes cost memory for meshes of needles only.
-const MAX_PIECES: usize = 16;
-/// Rounding errors of cut edges, as a share of the coordinates.
-const ROUNDING: f32 = 1e-6;
-
 /// Four triangles. If there are fewer, the last triangle is repeated.
 struct Leaf {
     triangles: Triangles4,
@@ -91,14 +82,12 @@ impl TriangleTree {
             }
         };
         let leaves: Vec<Leaf> = order.chunks(4).map(leaf_of).collect();
-        let (mut boxes, mut leaf_of_box) = (Vec::with_capacity(leaves.len()), Vec::new());
-        for (leaf, ids) in (0..).zip(order.chunks(4)) {
-            let triangles: Vec<[Vec3; 3]> = ids.iter().map(|&id| given[id as usize]).collect();
-            boxes.extend(boxes_of(&triangles));
-            leaf_of_box.resize(boxes.len(), leaf);
-        }
+        let boxes: Vec<Aabb> = order
+            .chunks(4)
+            .map(|ids| aabb_of(ids.iter().flat_map(|&id| given[id as usize])))
+            .collect();
         Self {
-            nodes: nodes_over(&boxes, &leaf_of_box),
+            nodes: nodes_over(&boxes),
             leaves,
         }
     }
@@ -271,59 +260,8 @@ fn push_nearest_last(
     pending.extend(nearest);
 }
 
-/// Boxes around some triangles, usually one. Needles across the axes get several boxes: in a fan of thousands of needles,
-/// each point would otherwise be in the boxes of a quarter of them.
-fn boxes_of(triangles: &[[Vec3; 3]]) -> Vec<Aabb> {
-    let [min, max] = range_of(triangles.as_flattened());
-    let size = max - min;
-    let half_surface = |triangle: &[Vec3; 3]| {
-        let [min, max] = range_of(triangle);
-        let size = max - min;
-        size.dot(Vec3::new(size.y, size.z, size.x))
-    };
-    let area = |[a, b, c]: &[Vec3; 3]| (*b - *a).cross(*c - *a).length() * 0.5;
-    let emptiness =
-        triangles.iter().map(half_surface).sum::<f32>() / triangles.iter().map(area).sum::<f32>();
-    // A cast turns infinity into the largest number, and NaN into zero.
-    let pieces = ((emptiness / MAX_EMPTINESS) as usize).clamp(1, MAX_PIECES);
-    if pieces == 1 {
-        return vec![aabb_of([min, max].into_iter())];
-    }
-    let axis = size.max_position();
-    let margin = min.abs().max(max.abs()) * ROUNDING;
-    let edge = |piece: usize| min[axis] + size[axis] * (piece as f32 / pieces as f32);
-    let slabs = (0..pieces).map(|piece| [edge(piece), edge(piece + 1)]);
-    let edges = triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    let boxes = slabs.filter_map(|[low, high]| {
-        let inside = edges
-            .clone()
-            .filter_map(|edge| clipped(edge, axis, low, high));
-        let mut points = inside.flatten().peekable();
-        points.peek()?;
-        Some(aabb_of(points.flat_map(|p| [p - margin, p + margin])))
-    });
-    boxes.collect()
-}
-
-fn range_of(points: &[Vec3]) -> [Vec3; 2] {
-    [Vec3::min, Vec3::max].map(|most| points.iter().copied().reduce(most).unwrap_or_default())
-}
-
-/// The part of an edge between two planes across an axis.
-fn clipped([a, b]: [Vec3; 2], axis: usize, low: f32, high: f32) -> Option<[Vec3; 2]> {
-    let (a, b) = if a[axis] <= b[axis] { (a, b) } else { (b, a) };
-    if a[axis] > high || b[axis] < low {
-        return None;
-    }
-    let length = (b[axis] - a[axis]).max(f32::MIN_POSITIVE);
-    let at = |plane: f32| a.lerp(b, ((plane - a[axis]) / length).clamp(0.0, 1.0));
-    Some([at(low), at(high)])
-}
-
 /// Collapses a binary tree over `boxes` into nodes of four boxes.
-fn nodes_over(boxes: &[Aabb], leaf_of_box: &[u32]) -> Vec<Node> {
+fn nodes_over(boxes: &[Aabb]) -> Vec<Node> {
     let tree = PlocBuilder::with_capacity(boxes.len()).build(
         PlocSearchDistance::Minimum,
         boxes,
@@ -349,8 +287,7 @@ fn nodes_over(boxes: &[Aabb], leaf_of_box: &[u32]) -> Vec<Node> {
             for (k, &index) in inside.iter().enumerate() {
                 let child = &tree.nodes[index];
                 if child.is_leaf() {
-                    let index = tree.primitive_indices[child.first_index as usize];
-                    made.inside[k] = leaf_of_box[index as usize] | IS_LEAF;
+                    made.inside[k] = tree.primitive_indices[child.first_index as usize] | IS_LEAF;
                 } else {
                     pending.push((index, Some((node, k))));
                 }
@@ -395,9 +332,6 @@ fn aabb_of(points: impl Iterator<Item = Vec3>) -> Aabb {
 
 #[cfg(test)]
 mod tests {
-    use std::f32::consts::TAU;
-
-    use glam::Vec2;
     use proptest::prelude::*;
 
     use super::*;
@@ -479,28 +413,6 @@ mod tests {
                 let distance = |found: NearestTriangle| found.distance_squared.sqrt();
                 prop_assert!((distance(a) - distance(b)).abs() < 1e-3);
             }
-        }
-    }
-
-    /// Searches in a fan are fast only if few boxes contain a point.
-    #[test]
-    fn few_boxes_of_a_fan_contain_a_point() {
-        let ring = |spoke: u32| Vec3::from((Vec2::from_angle(spoke as f32 * TAU / 4096.0), 0.0));
-        let fan: Vec<[Vec3; 3]> = (0..4096)
-            .map(|k| [Vec3::ZERO, ring(k), ring(k + 1)])
-            .collect();
-        let contain = |boxes: &[Aabb], point: Vec3| {
-            let point = point.to_array().into();
-            boxes
-                .iter()
-                .filter(|aabb| aabb.contains_point(point))
-                .count()
-        };
-        let boxes: Vec<Aabb> = fan.chunks(4).flat_map(boxes_of).collect();
-        for spoke in 0..64 {
-            let point = (ring(spoke * 61) + ring(spoke * 61 + 1)) * 0.4;
-            let count = contain(&boxes, point);
-            assert!((1..100).contains(&count), "{count} of 1,024");
         }
     }
 

@@ -59,7 +59,13 @@ fn main() {
 
 /// The measurement behind the thresholds of `FieldLodAppConfig` between the kinds of levels.
 fn compare_kinds() {
-    for (count, subdivisions) in [(10_000, 2), (10_000, 3), (10_000, 5), (1_000, 6)] {
+    for (count, subdivisions) in [
+        (10_000, 1),
+        (10_000, 2),
+        (10_000, 3),
+        (10_000, 5),
+        (1_000, 6),
+    ] {
         let scene = rocks(count, subdivisions);
         println!("{count} rocks of {} triangles, a sun", scene.triangles()[1]);
         let method = |kind| Method::AutoLod {

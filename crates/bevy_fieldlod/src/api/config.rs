@@ -137,14 +137,14 @@ impl Default for LodMemory {
 }
 
 impl Default for FieldLodAppConfig {
-    /// Plain below 400 triangles, units from 20,000 on; no cache.
+    /// Plain below 100 triangles, units from 20,000 on; no cache.
     ///
     /// Smaller meshes save few triangles with levels. Between the thresholds, units save at most 5 % of the triangles
     /// of whole meshes, and need more than twice the entities (`tests/benches/RECORD.md`, "frame, kinds").
     fn default() -> Self {
         Self {
             whole_world: false,
-            plain_below_triangles: 400,
+            plain_below_triangles: 100,
             clusters_from_triangles: 20_000,
             cache_folder: None,
             bake_at_run_time: true,
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn auto_kind_depends_on_triangle_count() {
         let config = FieldLodAppConfig::default();
-        let auto = [0, 399, 400, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
+        let auto = [0, 99, 100, 19_999, 20_000].map(|t| config.kind_for(LodKind::Auto, t));
         use LodKind::{Clusters, Plain, WholeMesh};
         assert_eq!(auto, [Plain, Plain, WholeMesh, WholeMesh, Clusters]);
         assert_eq!(config.kind_for(Clusters, 12), Clusters);

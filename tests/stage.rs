@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use bevy::app::{PluginGroupBuilder, PluginsState};
 use bevy::camera::RenderTarget;
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
+use bevy::light::{DirectionalLightShadowMap, PointLightShadowMap};
 use bevy::prelude::*;
 use bevy::render::RenderPlugin;
 use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
@@ -110,6 +111,13 @@ impl Stage {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
         finish(&mut self.app);
+    }
+
+    /// Shrinks shadow maps: drawing Bevy's large maps takes a software adapter most of a frame.
+    pub fn shrink_shadow_maps(&mut self) {
+        self.app
+            .insert_resource(DirectionalLightShadowMap { size: 512 })
+            .insert_resource(PointLightShadowMap { size: 128 });
     }
 
     /// Spawns into the world.

@@ -15,6 +15,7 @@ const COARSE_PX: f32 = 400.0;
 
 /// A boulder over a plane, under a low sun.
 fn add_scene(stage: &mut Stage, casts_shadow: bool) {
+    stage.shrink_shadow_maps();
     let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 7)));
     let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(20.0))));
     let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));

@@ -198,6 +198,7 @@ fn lightmap() -> Image {
 }
 
 fn spawn_lights(stage: &mut Stage) {
+    stage.shrink_shadow_maps();
     let cascades = CascadeShadowConfigBuilder {
         first_cascade_far_bound: 6.0,
         maximum_distance: 40.0,

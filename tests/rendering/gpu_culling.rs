@@ -47,6 +47,7 @@ fn spawn_sun(stage: &mut Stage) -> Entity {
 impl Story {
     fn new(gpu_culling: bool) -> Option<Self> {
         let mut stage = Stage::new()?;
+        stage.shrink_shadow_maps();
         stage.app.insert_resource(FieldLodAppConfig {
             advanced: AdvancedAppConfig {
                 gpu_culling,

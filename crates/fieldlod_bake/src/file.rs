@@ -14,13 +14,14 @@ use crate::import::{
 };
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::{MeshError, SourceMesh};
-use crate::plants::together::bake_together_with_progress;
+use crate::plants::together::{bake_together_with_progress, can_keep_shared};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 
 /// Primitives with at least this many triangles are drawn in units by default, and are baked separately. At 20,480
 /// triangles, units draw 5 % fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`,
-/// "frame, kinds"). Smaller primitives of one mesh are drawn as wholes, and change their levels together.
+/// "frame, kinds"). Smaller primitives of one mesh are drawn as wholes, and change their levels together. Primitives that
+/// share too many border vertices also change their levels together, because they would have cracks.
 const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
@@ -173,8 +174,10 @@ fn bake_primitives(
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
+    // Primitives that cannot keep their shared vertices have cracks unless they change levels together.
+    let are_separate = meshes.iter().any(is_large) && can_keep_shared(&meshes, kept);
     let config = &BakeConfig {
-        together_below_triangles: if meshes.iter().any(is_large) {
+        together_below_triangles: if are_separate {
             0
         } else {
             config.together_below_triangles

@@ -14,6 +14,7 @@ use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
 use crate::levels::neighbours::meeting_vertices;
+use crate::levels::vertices::border_of;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
@@ -87,12 +88,22 @@ pub(crate) fn bake_together_with_progress(
 
 /// The vertices to keep; none if there are too many, because coarse levels would consist of kept vertices.
 fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
-    let count = kept.iter().filter(|kept| **kept).count();
-    if count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES {
+    if is_within_budget(kept, mesh) {
         kept
     } else {
         &[]
     }
+}
+
+fn is_within_budget(kept: &[bool], mesh: &SourceMesh) -> bool {
+    let count = kept.iter().filter(|kept| **kept).count();
+    count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES
+}
+
+/// Whether all meshes can keep the vertices marked in `kept` at all levels.
+pub(crate) fn can_keep_shared(meshes: &[&SourceMesh], kept: &[Vec<bool>]) -> bool {
+    let mut pairs = meshes.iter().zip(kept);
+    pairs.all(|(mesh, kept)| is_within_budget(kept, mesh))
 }
 
 /// How meshes are joined.
@@ -108,10 +119,19 @@ fn can_bake_as_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_joined(meshes, config) && is_plant(meshes)
 }
 
+/// Whether many elements are loose, and most of their borders stay open where meshes meet. Patches of one surface are
+/// loose as well, but close each other's borders.
 fn is_plant(meshes: &[&SourceMesh]) -> bool {
-    let mesh = as_one_mesh(meshes, Joint::Plant);
     let parts = Surfaces::of(meshes.iter().copied());
-    is_aggregate(&mesh, &Topology::of(&mesh, &parts).place)
+    let places = |mesh: &SourceMesh| Topology::of(mesh, &parts).place;
+    let apart = as_one_mesh(meshes, Joint::Plant);
+    let place = places(&apart);
+    let open = |place: &[u32]| {
+        let is_border = border_of(&apart.indices, place);
+        is_border.into_iter().filter(|is_border| *is_border).count()
+    };
+    let welded = || places(&as_one_mesh(meshes, Joint::Surface));
+    is_aggregate(&apart, &place) && 2 * open(&welded()) >= open(&place)
 }
 
 /// Whether each mesh meets another mesh.

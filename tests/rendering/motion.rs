@@ -32,6 +32,6 @@ fn changes_of_level_in_motion_do_not_stand_out() {
         motion.changes()
     );
     assert!(motion.largest_peak() <= 1.5, "{}", motion.largest_peak());
-    let holes = motion.frames.iter().map(|frame| frame.holes_px);
+    let holes = motion.frames.iter().map(|frame| frame.holes.px);
     assert_eq!(holes.sum::<f64>(), 0.0);
 }

@@ -14,8 +14,14 @@ pub const FLIP_FRAMES: usize = 5;
 /// positions count as one. It is 0 for a cut that covers a closed mesh exactly once.
 #[must_use]
 pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
+    let edges = unpaired_edges(hierarchy, units);
+    edges.values().map(|edges| edges.unsigned_abs()).sum()
+}
+
+/// For each edge without a neighbour, the bits of the positions of its ends, and the triangles along it in one direction
+/// minus those in the other.
+pub(crate) fn unpaired_edges(hierarchy: &Hierarchy, units: &[u32]) -> HashMap<[[u32; 3]; 2], i64> {
     let positions = &hierarchy.vertices.positions;
-    // Triangles along an edge in one direction minus those in the other.
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
@@ -30,7 +36,8 @@ pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
             }
         }
     }
-    balance.values().map(|edges| edges.unsigned_abs()).sum()
+    balance.retain(|_, edges| *edges != 0);
+    balance
 }
 
 /// The bits of a position. Adding 0 turns −0 into 0, which is the same position.

@@ -19,7 +19,7 @@ use serde::Serialize;
 
 use crate::render::{RenderError, Renderer};
 use curve::{Curve, geometric_mean};
-pub use motion::{Motion, MotionFrame};
+pub use motion::{Holes, Motion, MotionFrame};
 pub use pictures::{PictureOptions, Pictures};
 
 /// Files with more clips are split by clips, and others by time.
@@ -257,24 +257,27 @@ pub fn table(results: &[CharacterResult]) -> String {
 /// A row for each character that was drawn in motion.
 fn motion_table(results: &[CharacterResult]) -> String {
     let mut text = String::from(
-        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of holes\n\
-         character         frames  changes  largest peak  largest step  holes  holes, plain\n",
+        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of background inside the\n\
+         outline, and of these at opened edges\n\
+         character         frames  changes  largest peak  largest step  inside  cracks  inside, plain  cracks, plain\n",
     );
     for result in results {
         let Some(motion) = &result.motion else {
             continue;
         };
-        let holes = |of: fn(&MotionFrame) -> f64| motion.frames.iter().map(of).sum::<f64>();
+        let sum = |of: fn(&MotionFrame) -> f64| motion.frames.iter().map(of).sum::<f64>();
         let _ = writeln!(
             text,
-            "{:<16}  {:>6}  {:>7}  {:>12.2}  {:>12.2}  {:>5.1}  {:>12.1}",
+            "{:<16}  {:>6}  {:>7}  {:>12.2}  {:>12.2}  {:>6.1}  {:>6.1}  {:>13.1}  {:>13.1}",
             result.name,
             motion.frames.len(),
             motion.changes(),
             motion.largest_peak(),
             motion.largest_step(),
-            holes(|frame| frame.holes_px),
-            holes(|frame| frame.plain_holes_px),
+            sum(|frame| frame.holes.px),
+            sum(|frame| frame.holes.cracks_px),
+            sum(|frame| frame.plain_holes.px),
+            sum(|frame| frame.plain_holes.cracks_px),
         );
     }
     text

@@ -1,12 +1,16 @@
 //! Changes of level while an animated character moves away and comes back.
 
+use std::collections::HashSet;
+
 use fieldlod_bake::{Character, Clip, Import, pose_at};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{Cut, LodSettings, select};
-use glam::Affine3A;
+use glam::{Affine3A, DVec2, Vec3};
 use serde::Serialize;
 
 use super::pictures::{common_surface, posed};
+use crate::eye::Eye;
+use crate::holes::unpaired_edges;
 use crate::measure::image_error;
 use crate::props::{ERROR_PX, direction, eye};
 use crate::render::{Picture, RenderError, Renderer, SUPERSAMPLING};
@@ -38,10 +42,19 @@ pub struct MotionFrame {
     pub rmse: f64,
     /// The RMSE that the previous frame's level has in this frame, if the level changed.
     pub rmse_without_change: Option<f64>,
-    /// Pixels of background where full detail covers the pixel and its surroundings.
-    pub holes_px: f64,
-    /// The same for the baseline's level with as many triangles.
-    pub plain_holes_px: f64,
+    /// Holes of this level.
+    pub holes: Holes,
+    /// Holes of the baseline's level with as many triangles.
+    pub plain_holes: Holes,
+}
+
+/// Background where full detail covers a pixel and everything within [`OUTLINE_PX`].
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Holes {
+    /// All pixels. Gaps between separate pieces count, because outlines inside the silhouette move as well.
+    pub px: f64,
+    /// Pixels at most [`OUTLINE_PX`] from an edge that the level opens: there, the surface has a crack.
+    pub cracks_px: f64,
 }
 
 impl Motion {
@@ -82,8 +95,12 @@ impl Motion {
                 level: level as u32,
                 rmse: rmse(&picture),
                 rmse_without_change: of_before.transpose()?.as_ref().map(rmse),
-                holes_px: holes_px(&full, &picture),
-                plain_holes_px: of_plain.transpose()?.map_or(0.0, |it| holes_px(&full, &it)),
+                holes: Holes::of(&full, &picture, &eye, (&posed, 1)),
+                plain_holes: of_plain
+                    .transpose()?
+                    .map_or_else(Holes::default, |picture| {
+                        Holes::of(&full, &picture, &eye, (&posed, 3))
+                    }),
             });
         }
         Ok(Self { frames })
@@ -148,8 +165,54 @@ fn way(clip: &Clip) -> impl Iterator<Item = (f32, f32)> {
     })
 }
 
-/// Pixels of background in a picture, where `full` covers everything within [`OUTLINE_PX`].
-fn holes_px(full: &Picture, picture: &Picture) -> f64 {
+impl Holes {
+    /// The holes of `picture`, which shows a unit of a posed character.
+    fn of(full: &Picture, picture: &Picture, eye: &Eye, (posed, unit): (&Hierarchy, u32)) -> Self {
+        let texels = hole_texels(full, picture);
+        if texels.is_empty() {
+            return Self::default();
+        }
+        let (camera_from_world, eye_in_world) =
+            (eye.camera_from_world(), eye.position().as_dvec3());
+        // The eye looks at the middle of the picture.
+        let middle = full.size_px.as_dvec2() * 0.5;
+        let to_px = |end: [u32; 3]| {
+            let position = Vec3::from_array(end.map(f32::from_bits)).as_dvec3();
+            let in_camera = camera_from_world * (position - eye_in_world);
+            Some(eye.project_px(in_camera)? + middle)
+        };
+        let edges = opened_edges(posed, unit).map(|[a, b]| Some([to_px(a)?, to_px(b)?]));
+        let edges: Vec<[DVec2; 2]> = edges.flatten().collect();
+        let is_crack = |(x, y): &&(usize, usize)| {
+            let place = (DVec2::new(*x as f64, *y as f64) + 0.5) / f64::from(SUPERSAMPLING);
+            let mut distances = edges.iter().map(|edge| distance(place, *edge));
+            distances.any(|distance| distance <= f64::from(OUTLINE_PX))
+        };
+        let px = |texels: usize| texels as f64 / f64::from(SUPERSAMPLING * SUPERSAMPLING);
+        Self {
+            px: px(texels.len()),
+            cracks_px: px(texels.iter().filter(is_crack).count()),
+        }
+    }
+}
+
+/// Edges without a neighbour in a unit that are not on a border of the source, which is unit 0: the bits of their ends.
+fn opened_edges(posed: &Hierarchy, unit: u32) -> impl Iterator<Item = [[u32; 3]; 2]> {
+    let of_source = unpaired_edges(posed, &[0]).into_keys();
+    let border: HashSet<[u32; 3]> = of_source.flatten().collect();
+    let edges = unpaired_edges(posed, &[unit]).into_keys();
+    edges.filter(move |ends| !ends.iter().all(|end| border.contains(end)))
+}
+
+/// The distance of a place from an edge.
+fn distance(place: DVec2, [from, to]: [DVec2; 2]) -> f64 {
+    let along = to - from;
+    let share = (place - from).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+    place.distance(from + along * share.clamp(0.0, 1.0))
+}
+
+/// Texels of background in a picture, where `full` covers everything within [`OUTLINE_PX`].
+fn hole_texels(full: &Picture, picture: &Picture) -> Vec<(usize, usize)> {
     let margin = (OUTLINE_PX * SUPERSAMPLING) as usize;
     let [width, height] = (full.size_px * SUPERSAMPLING)
         .to_array()
@@ -165,7 +228,7 @@ fn holes_px(full: &Picture, picture: &Picture) -> f64 {
     let inner = |size: usize| margin..size.saturating_sub(margin);
     let texels = inner(height).flat_map(|y| inner(width).map(move |x| (x, y)));
     let holes = texels.filter(|&(x, y)| !picture.covered[y * width + x] && is_inside(x, y));
-    holes.count() as f64 / f64::from(SUPERSAMPLING * SUPERSAMPLING)
+    holes.collect()
 }
 
 #[cfg(test)]
@@ -178,8 +241,9 @@ mod tests {
     fn holes_are_farther_inside_than_the_outline() {
         let size = UVec2::new(16, 16);
         let full = flat(size, 0.0, 8);
-        assert_eq!(holes_px(&full, &flat(size, 0.0, 6)), 0.0);
+        assert_eq!(hole_texels(&full, &flat(size, 0.0, 6)), []);
         // Of the picture's height, 2 px above and below are too near to its edge.
-        assert_eq!(holes_px(&full, &flat(size, 0.0, 5)), 12.0);
+        let holes = hole_texels(&full, &flat(size, 0.0, 5));
+        assert_eq!(holes.len() as u32, 12 * SUPERSAMPLING * SUPERSAMPLING);
     }
 }

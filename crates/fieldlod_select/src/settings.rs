@@ -256,12 +256,13 @@ pub(crate) struct Thresholds {
 
 impl Thresholds {
     /// Whether an error exceeds the threshold; NaN exceeds every threshold.
+    #[inline(always)]
     pub(crate) fn exceeded_by(&self, error_px: f32, was_refined: bool) -> bool {
         let threshold_px = if was_refined {
             self.coarsen_below_px
         } else {
             self.refine_above_px
         };
-        error_px.is_nan() || error_px > threshold_px
+        error_px.is_nan() | (error_px > threshold_px)
     }
 }

@@ -93,13 +93,12 @@ fn draw_naively(
             triangle_count * POINTS_PER_TRIANGLE
         }
         Some(DrawnBy::Points(points)) => {
-            let (linear, origin) = (M3::splat(&linear), V3::splat(origin));
-            let points: Vec<V3<f32>> = points_of(points).collect();
+            let points: Vec<Vec3> = points_of(points).collect();
             let mut drawn = 0;
             for stretch in points.chunks(STRETCH * LANES) {
                 let mut is_in_front = false;
                 for point in stretch {
-                    let point: V3<f32> = linear.of(*point).plus(origin);
+                    let point = linear * *point + origin;
                     let at = plane.project(point);
                     if plane.has_place(at, point.z) {
                         let texel = at.y as usize * plane.width + at.x as usize;
@@ -139,15 +138,9 @@ fn around_texel(plane: &ImagePlane, corners: [Vec3; 3], x: f64, y: f64) -> (bool
     )
 }
 
-fn points_of(lanes: &[V3<f32x8>]) -> impl Iterator<Item = V3<f32>> + '_ {
-    lanes.iter().flat_map(|point| {
-        let [x, y, z] = [point.x, point.y, point.z].map(f32x8::to_array);
-        (0..LANES).map(move |lane| V3 {
-            x: x[lane],
-            y: y[lane],
-            z: z[lane],
-        })
-    })
+fn points_of(elements: &[Eight<3>]) -> impl Iterator<Item = Vec3> + '_ {
+    let of_element = |eight| (0..LANES).map(move |lane| Vec3::from(Eight::at(eight, lane)));
+    elements.iter().flat_map(of_element)
 }
 
 /// The least of a texel and its neighbours.

@@ -1,12 +1,9 @@
 //! Finds the groups that a view needs, of meshes that are loaded in parts.
 
-use wide::f32x8;
-
 use super::frame::Input;
 use super::instance_cut::InstanceCut;
-use crate::criterion::Criterion;
+use crate::criterion::{Criterion, CriterionInput};
 use crate::lanes::bits::{LANES, block_bits, set_bits_of};
-use crate::lanes::mask_of;
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::selector::Selector;
 use crate::settings::LodSettings;
@@ -57,26 +54,25 @@ fn visit_cut(
     let table = scene.table(mesh);
     let placed = &scene.instances[instance.index()];
     let view = InstanceView::new(view, &placed.world_from_local);
-    let criterion = Criterion::<f32x8>::new(&view, settings);
+    let criterion = Criterion::new(&view, settings);
     let shares = cut.shares.shares(settings);
     for block in 0..table.group_count.div_ceil(LANES) {
         let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
         let refined = bits(&cut.refined);
         let needed = refined & !bits(&table.coarsest_refined);
         let missing = needed & !table.available.as_deref().map_or(0xff, bits);
-        // Errors are computed only if some groups are missing.
-        let errors = (missing != 0).then(|| {
-            let input = table.criterion_input(block, shares);
-            criterion.error_px(&input, mask_of(refined)).to_array()
-        });
+        let error_px = |lane: usize| {
+            let group = CriterionInput::from_array(table.groups[block].at(lane));
+            let share = shares.of_block(block)[lane];
+            criterion.error_px(&group, share, refined & 1 << lane != 0) * placed.bias
+        };
         for lane in set_bits_of(needed) {
             let is_missing = missing & 1 << lane != 0;
-            let error = errors.filter(|_| is_missing);
             visit(GroupDemand {
                 mesh,
                 instance,
                 group: (block * LANES + lane) as u32,
-                missing_px: error.map(|errors| errors[lane] * placed.bias),
+                missing_px: is_missing.then(|| error_px(lane)),
             });
         }
     }

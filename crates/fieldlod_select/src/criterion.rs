@@ -36,12 +36,11 @@ pub(crate) mod limits;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Group;
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Vec2, Vec3};
 
 use crate::lanes::{larger, smaller};
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
-use crate::view::stretch::SeenStretch;
 use extent::{Lens, ROUNDING, SeenExtent, SeenSphere};
 
 /// Weight of V: 1 over the V of a surface with normals in all directions.
@@ -55,37 +54,20 @@ pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Bound of the rounding of the widest aspect ratio. With a smaller bound, rounding may relax thresholds.
 const ASPECT_ROUNDING: f32 = 1e-6;
 
-/// The screen-space error of the simplification of `group`, in pixels, which [`select`] compares with
-/// [`LodSettings::error_px`].
+/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
+/// [`LodSettings::threshold_px`].
 ///
-/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
-/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
-///
-/// [`select`]: crate::select
-#[must_use]
-pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
-    group_error_px(group, instance, &LodSettings::default(), false)
-}
-
-/// The largest displacement on screen of a point of `group`'s surface by its simplification, in pixels, which
-/// [`select`](crate::select) compares with [`LodSettings::displacement_px`].
-///
+/// With [`LodSettings::error_px`] it is the screen-space error of the group's simplification. With
+/// [`LodSettings::displacement_px`] it is the largest displacement on screen of a point of the group's surface:
 /// ```text
 /// E = d · √(c / cos φ)       at most, over the sphere
 /// ```
 /// with `d` the deviation of the two surfaces, times the stretch of the instance across the sight rays of the sphere.
-/// Zero, infinite and NaN as in [`screen_error_px`].
-#[must_use]
-pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
-    group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
-}
-
-/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
-/// [`LodSettings::threshold_px`].
-///
 /// With both thresholds it is the greater of the screen-space error and the displacement times
-/// `error_px / displacement_px`; with neither it is 0. Zero, infinite and NaN as in
-/// [`screen_error_px`].
+/// `error_px / displacement_px`; with neither it is 0.
+///
+/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
+/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
 ///
 /// If the view has [margins](crate::View::with_margins), a group that `was_refined` in the previous cut leaves a wider
 /// view than it entered. Its error is then at least that of a group that was not refined.
@@ -113,8 +95,7 @@ pub fn visible_error_px(
         return f32::INFINITY;
     }
     let criterion = Criterion::new(instance, settings);
-    let input = CriterionInput::of_group(group);
-    criterion.error_px(&input, visible_share, was_refined)
+    criterion.error_px(criterion_input(group), visible_share, was_refined)
 }
 
 /// Deviation of groups without a measured deviation. It is larger than any threshold allows, but finite: outside the
@@ -125,58 +106,15 @@ pub(crate) fn usable_deviation(group: &Group) -> f32 {
     group.deviation_in_local.min(UNMEASURED)
 }
 
-/// Input of the criterion from a group, in local space.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CriterionInput {
-    pub(crate) center: Vec3,
-    pub(crate) radius: f32,
-    pub(crate) error: f32,
-    pub(crate) deviation: f32,
-    pub(crate) mean_normal: Vec3,
-    /// `|m|` and `v` of the module's formula.
-    pub(crate) normal_length: f32,
-    pub(crate) normal_variance: f32,
-}
+/// Input of the criterion from a group, in local space: center, radius, error, deviation and mean normal.
+pub(crate) type CriterionInput = [f32; 9];
 
-/// The numbers of a [`CriterionInput`], in columns.
-pub(crate) const INPUT_COLUMNS: usize = 11;
-
-impl CriterionInput {
-    pub(crate) fn of_group(group: &Group) -> Self {
-        Self {
-            center: group.bounds.center,
-            radius: group.bounds.radius,
-            error: group.error_in_local,
-            deviation: usable_deviation(group),
-            mean_normal: group.mean_normal,
-            normal_length: group.mean_normal.length(),
-            normal_variance: normal_variance(group.mean_normal),
-        }
-    }
-
-    pub(crate) fn to_array(self) -> [f32; INPUT_COLUMNS] {
-        let ([x, y, z], [m_x, m_y, m_z]) = (self.center.to_array(), self.mean_normal.to_array());
-        let (length, variance) = (self.normal_length, self.normal_variance);
-        let (radius, error, deviation) = (self.radius, self.error, self.deviation);
-        [
-            x, y, z, radius, error, deviation, m_x, m_y, m_z, length, variance,
-        ]
-    }
-
-    #[inline(always)]
-    pub(crate) fn from_array(
-        [x, y, z, radius, error, deviation, m_x, m_y, m_z, normal_length, normal_variance]: [f32; INPUT_COLUMNS],
-    ) -> Self {
-        Self {
-            center: Vec3::new(x, y, z),
-            radius,
-            error,
-            deviation,
-            mean_normal: Vec3::new(m_x, m_y, m_z),
-            normal_length,
-            normal_variance,
-        }
-    }
+pub(crate) fn criterion_input(group: &Group) -> CriterionInput {
+    let [x, y, z] = group.bounds.center.to_array();
+    let [m_x, m_y, m_z] = group.mean_normal.to_array();
+    let (radius, error) = (group.bounds.radius, group.error_in_local);
+    let deviation = usable_deviation(group);
+    [x, y, z, radius, error, deviation, m_x, m_y, m_z]
 }
 
 /// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
@@ -200,11 +138,7 @@ pub(crate) struct Drift {
 pub(crate) struct Criterion {
     branches: Branches,
     displacement_weight: f32,
-    camera_from_local: Mat3,
-    origin_in_camera: Vec3,
-    normal_in_camera_from_local: Mat3,
-    camera_per_local: f32,
-    seen_stretch: SeenStretch,
+    instance: InstanceView,
     px_per_unit: Vec2,
     /// The views that groups enter, and that refined groups leave.
     entering: Lens,
@@ -222,36 +156,12 @@ pub(crate) struct Criterion {
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Branches {
     is_perspective: bool,
-    is_stretched: bool,
+    is_similarity: bool,
     /// Whether the aspect ratio or the curl relaxes errors.
     is_relaxed: bool,
     counts_outside: bool,
     counts_error: bool,
     counts_displacement: bool,
-}
-
-impl Branches {
-    /// The parts that count for most instances.
-    const USUAL: Self = Self {
-        is_perspective: true,
-        is_stretched: false,
-        is_relaxed: false,
-        counts_outside: false,
-        counts_error: true,
-        counts_displacement: false,
-    };
-    const USUAL_CASTER: Self = Self {
-        counts_outside: true,
-        ..Self::USUAL
-    };
-    const ORTHOGRAPHIC: Self = Self {
-        is_perspective: false,
-        ..Self::USUAL
-    };
-    const ORTHOGRAPHIC_CASTER: Self = Self {
-        counts_outside: true,
-        ..Self::ORTHOGRAPHIC
-    };
 }
 
 impl Criterion {
@@ -263,7 +173,7 @@ impl Criterion {
         };
         let branches = Branches {
             is_perspective: matches!(instance.camera, Camera::Perspective(_)),
-            is_stretched: instance.seen_stretch.is_some(),
+            is_similarity: instance.seen_stretch.is_none(),
             is_relaxed: advanced.max_curl != 0.0 || advanced.min_aspect_ratio > 0.0,
             counts_outside: bias.is_some(),
             counts_error: weights.counts_error,
@@ -272,11 +182,7 @@ impl Criterion {
         Self {
             branches,
             displacement_weight: weights.displacement_weight.unwrap_or(0.0),
-            camera_from_local: instance.camera_from_local,
-            origin_in_camera: instance.origin_in_camera,
-            normal_in_camera_from_local: instance.normal_in_camera_from_local,
-            camera_per_local: instance.camera_per_local,
-            seen_stretch: instance.seen_stretch.unwrap_or_default(),
+            instance: *instance,
             px_per_unit: px_per_unit(&instance.camera),
             entering: Lens::new(&instance.camera),
             leaving: Lens::new(&instance.kept_camera),
@@ -287,26 +193,43 @@ impl Criterion {
         }
     }
 
-    /// Calls `run` with this criterion. For most instances, the compiler knows its branches, and can turn a loop over
-    /// lanes into vector instructions without them.
+    /// Calls `run` with this criterion. For most instances, the compiler knows the branches, and a loop over lanes that
+    /// it turns into vector instructions leaves out the others.
     #[inline(always)]
     pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
-        let with = |branches| Self { branches, ..*self };
-        match self.branches {
-            Branches::USUAL => run(&with(Branches::USUAL)),
-            Branches::USUAL_CASTER => run(&with(Branches::USUAL_CASTER)),
-            Branches::ORTHOGRAPHIC => run(&with(Branches::ORTHOGRAPHIC)),
-            Branches::ORTHOGRAPHIC_CASTER => run(&with(Branches::ORTHOGRAPHIC_CASTER)),
-            branches => run(&with(branches)),
+        let usual = |is_perspective, counts_outside| Self {
+            branches: Branches {
+                is_perspective,
+                counts_outside,
+                is_similarity: true,
+                is_relaxed: false,
+                counts_error: true,
+                counts_displacement: false,
+            },
+            ..*self
+        };
+        let Branches {
+            is_perspective,
+            counts_outside,
+            ..
+        } = self.branches;
+        match (is_perspective, counts_outside) {
+            _ if self.branches != usual(is_perspective, counts_outside).branches => run(&{ *self }),
+            (true, false) => run(&usual(true, false)),
+            (true, true) => run(&usual(true, true)),
+            (false, false) => run(&usual(false, false)),
+            (false, true) => run(&usual(false, true)),
         }
     }
 
     /// The error to compare with [`LodSettings::threshold_px`], of a group that is not terminal. `share` is the share of
     /// the group that is not hidden.
     #[inline(always)]
-    pub(crate) fn error_px(&self, group: &CriterionInput, share: f32, was_refined: bool) -> f32 {
+    pub(crate) fn error_px(&self, group: CriterionInput, share: f32, was_refined: bool) -> f32 {
+        let [x, y, z, radius, error, deviation, m_x, m_y, m_z] = group;
+        let mean_normal = Vec3::new(m_x, m_y, m_z);
         // The sphere in camera space and its extent in the view.
-        let seen = self.seen(group, was_refined);
+        let seen = self.seen(Vec3::new(x, y, z), radius, was_refined);
         let extent = self.extent(&seen, was_refined);
         // Factors of both errors.
         let stretch = self.stretch(&seen);
@@ -315,40 +238,31 @@ impl Criterion {
         if self.branches.counts_error {
             // e √(c (4 V + 0.4 p) o)
             let strength = self.strength(&seen, &extent);
-            let facing = self.facing(group, &seen);
-            let weight = self.weight(facing, group, was_refined) * share;
-            let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
+            let facing = self.facing(mean_normal, &seen);
+            let weight = self.weight(facing, mean_normal, was_refined) * share;
+            let error_px = error * stretch * (strength * weight).sqrt() * relaxation;
             screen_error = unless_infinite(strength, error_px);
         }
         if self.branches.counts_displacement {
             // d √(c / cos φ)
             let pixel_scale = self.pixel_scale(&seen, &extent);
-            let error_px = group.deviation * stretch * pixel_scale * relaxation;
+            let error_px = deviation * stretch * pixel_scale * relaxation;
             displacement = unless_infinite(pixel_scale, error_px) * self.displacement_weight;
         }
-        match (
-            self.branches.counts_error,
-            self.branches.counts_displacement,
-        ) {
-            (_, false) => screen_error,
-            (false, true) => displacement,
-            // NaN if either error is NaN.
-            (true, true) => {
-                let is_larger = (displacement < screen_error) | screen_error.is_nan();
-                if is_larger {
-                    screen_error
-                } else {
-                    displacement
-                }
-            }
+        // NaN if either error is NaN.
+        let is_larger = (displacement < screen_error) | screen_error.is_nan();
+        if is_larger {
+            screen_error
+        } else {
+            displacement
         }
     }
 
     #[inline(always)]
-    fn seen(&self, group: &CriterionInput, was_refined: bool) -> SeenSphere {
-        let center = self.camera_from_local * group.center + self.origin_in_camera;
+    fn seen(&self, center: Vec3, radius: f32, was_refined: bool) -> SeenSphere {
+        let center = self.instance.camera_from_local * center + self.instance.origin_in_camera;
         let distance_squared = center.dot(center);
-        let radius = self.camera_per_local * group.radius;
+        let radius = self.instance.camera_per_local * radius;
         SeenSphere {
             center,
             radius,
@@ -365,13 +279,10 @@ impl Criterion {
         // A group must not leave where it enters: the wider view may exclude more spheres that cross the camera plane.
         let is_outside = self.leaving.is_outside(is_perspective, seen)
             | (self.entering.is_outside(is_perspective, seen) & !was_refined);
-        let lens = if was_refined {
-            self.leaving.corner
-        } else {
-            self.entering.corner
-        };
         if is_perspective {
-            return SeenExtent::new(seen, is_outside, lens);
+            let (leaving, entering) = (self.leaving.corner, self.entering.corner);
+            let corner = if was_refined { leaving } else { entering };
+            return SeenExtent::new(seen, is_outside, corner);
         }
         SeenExtent {
             is_outside,
@@ -412,22 +323,16 @@ impl Criterion {
     /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], `on_axis`.
     #[inline(always)]
     fn unless_outside(&self, extent: &SeenExtent, bound: f32, on_axis: f32) -> f32 {
-        let finite = |value: f32| {
-            let is_length = (value >= 0.0) & (value < f32::INFINITY);
-            if is_length { value } else { f32::INFINITY }
-        };
-        let bound = finite(bound);
-        let inside = if extent.is_unbounded {
-            f32::INFINITY
-        } else {
-            bound
-        };
-        let outside = if self.branches.counts_outside {
-            finite(on_axis)
+        let is_outside = extent.is_outside;
+        let on_axis = if self.branches.counts_outside {
+            on_axis
         } else {
             0.0
         };
-        if extent.is_outside { outside } else { inside }
+        let value = if is_outside { on_axis } else { bound };
+        let is_known = is_outside | !extent.is_unbounded;
+        let is_length = is_known & (0.0..f32::INFINITY).contains(&value);
+        if is_length { value } else { f32::INFINITY }
     }
 
     /// One sample of the strength at the centre instead of its bound, if `κ < max_curl`.
@@ -443,12 +348,7 @@ impl Criterion {
         if !(self.branches.is_relaxed && max_curl != 0.0) {
             return bound;
         }
-        let SeenSphere {
-            center,
-            radius,
-            distance,
-            ..
-        } = *seen;
+        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
         // κ < max_curl, without dividing by depth.
         let z_squared = center.z * center.z;
         let off_axis_squared = center.x * center.x + center.y * center.y;
@@ -464,17 +364,17 @@ impl Criterion {
 
     /// `m·s` for a group's mean normal.
     #[inline(always)]
-    fn facing(&self, group: &CriterionInput, seen: &SeenSphere) -> f32 {
+    fn facing(&self, mean_normal: Vec3, seen: &SeenSphere) -> f32 {
         // Against the sight ray, which is the same everywhere in an orthographic view.
-        let turned = self.normal_in_camera_from_local * group.mean_normal;
+        let turned = self.instance.normal_in_camera_from_local * mean_normal;
         let (along, distance) = self.sight_ray(seen);
         let away = turned.dot(along);
-        if !self.branches.is_stretched {
+        if self.branches.is_similarity {
             return -away / distance;
         }
         // An instance that is not a similarity changes the normal's length.
         let length = turned.dot(turned).sqrt();
-        let facing = -away * group.normal_length / (length * distance);
+        let facing = -away * mean_normal.length() / (length * distance);
         if length > 0.0 { facing } else { 0.0 }
     }
 
@@ -490,13 +390,14 @@ impl Criterion {
 
     /// `4 V + 0.4 p`, at most or at least during the motion.
     #[inline(always)]
-    fn weight(&self, facing: f32, group: &CriterionInput, was_refined: bool) -> f32 {
-        let change = negated_if(was_refined, self.drift.chord * group.normal_length);
+    fn weight(&self, facing: f32, mean_normal: Vec3, was_refined: bool) -> f32 {
+        let variance = normal_variance(mean_normal);
+        let change = negated_if(was_refined, self.drift.chord * mean_normal.length());
         // V grows with μ and p falls with |μ|.
         let aside = facing.abs() - change;
         let aside = if aside < 0.0 { 0.0 } else { aside };
-        let flatness = aside * aside / silhouette_width(group.normal_variance);
-        let visible = visible_weight(facing + change, group.normal_variance);
+        let flatness = aside * aside / silhouette_width(variance);
+        let visible = visible_weight(facing + change, variance);
         larger(visible, 0.0) + silhouette_weight(flatness)
     }
 
@@ -504,12 +405,13 @@ impl Criterion {
     /// of the centre. For the other rays, `sin δ = r/ρ` times the largest stretch is added.
     #[inline(always)]
     fn stretch(&self, seen: &SeenSphere) -> f32 {
-        let most = self.camera_per_local;
-        if !self.branches.is_stretched {
+        let most = self.instance.camera_per_local;
+        let (false, Some(stretch)) = (self.branches.is_similarity, &self.instance.seen_stretch)
+        else {
             return most;
-        }
+        };
         let (along, distance) = self.sight_ray(seen);
-        let mut across = self.seen_stretch.across(along * (1.0 / distance));
+        let mut across = stretch.across(along * (1.0 / distance));
         if self.branches.is_perspective {
             across += most * (seen.radius / seen.distance);
         }
@@ -524,12 +426,7 @@ impl Criterion {
         if !(self.branches.is_relaxed && self.branches.is_perspective && limit > 0.0) {
             return 1.0;
         }
-        let SeenSphere {
-            center,
-            radius,
-            distance,
-            ..
-        } = *seen;
+        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
         // cos(φ − δ).
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
@@ -545,11 +442,8 @@ impl Criterion {
 /// Infinite if a factor is infinite, even if another is 0.
 #[inline(always)]
 fn unless_infinite(factor: f32, error_px: f32) -> f32 {
-    if factor >= f32::INFINITY {
-        f32::INFINITY
-    } else {
-        error_px
-    }
+    let is_infinite = factor >= f32::INFINITY;
+    if is_infinite { factor } else { error_px }
 }
 
 #[inline(always)]
@@ -566,6 +460,7 @@ pub(crate) fn px_per_unit(camera: &Camera) -> Vec2 {
 }
 
 /// `v` of the module's formula. Rounding may leave |m| slightly above 1.
+#[inline(always)]
 pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
     (1.0 - mean_normal.length_squared()).max(0.0) * 0.25
 }

@@ -29,7 +29,7 @@ use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
 
 use crate::lanes::bits::LANES;
-use crate::lanes::{Eight, smaller};
+use crate::lanes::{Eight, smaller, with_avx2};
 use crate::scene::Scene;
 use crate::view::View;
 use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
@@ -94,7 +94,10 @@ impl OcclusionBuffer {
             // An occluder behind other occluders hides nothing more.
             if !self.covers(&scene.instances[candidate.instance as usize].sphere) {
                 let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
-                drawn_points += self.draw(scene, candidate, rest);
+                drawn_points += with_avx2(
+                    #[inline(always)]
+                    || self.draw(scene, candidate, rest),
+                );
             }
         }
         self.candidates = candidates;
@@ -123,6 +126,7 @@ impl OcclusionBuffer {
     }
 
     /// Draws one instance within `rest` triangles. Returns its cost in points.
+    #[inline(always)]
     fn draw(&mut self, scene: &Scene, candidate: &Candidate, rest: u32) -> u32 {
         let (table, owner) = (scene.table(candidate.mesh), candidate.instance);
         let placement = &scene.instances[owner as usize].world_from_local;
@@ -138,6 +142,7 @@ impl OcclusionBuffer {
     }
 
     /// Draws one level of an instance.
+    #[inline(always)]
     fn draw_mesh(&mut self, parts: &[OccluderPart], linear: &Mat3, origin: Vec3, owner: u32) {
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
         for part in parts_in_view(parts, &plane, linear, origin) {
@@ -151,13 +156,8 @@ impl OcclusionBuffer {
 
     /// Draws an instance by points of one texel each, until none of [`STRETCH`] elements is in front. Returns the
     /// number of points.
-    fn draw_points(
-        &mut self,
-        points: &[Eight<3>],
-        linear: &Mat3,
-        origin: Vec3,
-        owner: u32,
-    ) -> u32 {
+    #[inline(always)]
+    fn draw_points(&mut self, points: &[Eight<3>], linear: &Mat3, origin: Vec3, owner: u32) -> u32 {
         let mut drawn = 0;
         for stretch in points.chunks(STRETCH) {
             let mut is_in_front = false;

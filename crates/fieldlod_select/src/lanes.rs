@@ -44,8 +44,8 @@ impl<const N: usize> Eight<N> {
     #[inline(always)]
     pub(crate) fn at(&self, lane: usize) -> [f32; N] {
         let mut item = [0.0; N];
-        for column in 0..N {
-            item[column] = self.0[column][lane];
+        for (number, column) in item.iter_mut().zip(&self.0) {
+            *number = column[lane];
         }
         item
     }

@@ -53,20 +53,15 @@ impl SeenExtent {
     /// The extent of `camera_field`, for a given greatest secant of the view.
     #[inline(always)]
     pub(super) fn new(seen: &SeenSphere, is_outside: bool, corner: f32) -> Self {
-        let SeenSphere {
-            center,
-            reach,
-            distance_squared,
-            distance,
-            ..
-        } = *seen;
+        let (center, reach, distance) = (seen.center, seen.reach, seen.distance);
         let gap = distance * (1.0 - ROUNDING) - reach;
         // The square of a large distance overflows to infinity.
-        let is_apart = (gap > 0.0) & (distance_squared < f32::INFINITY);
+        let is_apart = (gap > 0.0) & (seen.distance_squared < f32::INFINITY);
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (distance + reach)).sqrt();
         // cos(φ + δ) ρ², expanded.
-        let cosine = (center.z * tangent_length - off_axis * reach) / distance_squared - ROUNDING;
+        let scaled_cosine = center.z * tangent_length - off_axis * reach;
+        let cosine = scaled_cosine / seen.distance_squared - ROUNDING;
         let is_narrower = cosine * corner > 1.0;
         let secant = if is_narrower { 1.0 / cosine } else { corner };
         // A negative reach may be longer than the distance to the axis.

@@ -165,7 +165,7 @@ impl LevelErrors {
         allowed: &Allowed,
         [[least_scale, most_scale], weight]: [[f32; 2]; 2],
     ) -> Option<usize> {
-        let weight = weight.map(|weight| weight * units.error);
+        let weight = [weight[0] * units.error, weight[1] * units.error];
         for (level, errors) in self.0[..self.coarsest()].iter().enumerate() {
             let was_refined = usize::from(level >= was);
             let deviation = errors.deviation * units.deviation;

@@ -4,12 +4,10 @@ use std::ops::Range;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Aabb;
-#[cfg(test)]
-use glam::DVec2;
 use glam::{DVec3, Mat3, Vec2, Vec3};
 
-use crate::lanes::bits::LANES;
 use crate::lanes::Eight;
+use crate::lanes::bits::LANES;
 
 /// Texels along the longer side of the image. A larger image takes longer to draw than the millisecond of this one; in
 /// a smaller one, small instances have too few texels.
@@ -104,11 +102,9 @@ impl ImagePlane {
     /// Whether a projected point is in the image.
     #[inline(always)]
     pub(crate) fn has_place(&self, at: Vec3, depth: f32) -> bool {
-        let within = |at: f32, count: usize| (at >= 0.0) & (at < count as f32);
-        within(at.x, self.width)
-            & within(at.y, self.height)
-            & (depth >= NEAREST)
-            & (depth < f32::INFINITY)
+        let within = |at: f32, count: usize| (0.0..count as f32).contains(&at);
+        let is_before = (NEAREST..f32::INFINITY).contains(&depth);
+        within(at.x, self.width) & within(at.y, self.height) & is_before
     }
 
     /// Places eight points of an instance in the image.
@@ -119,11 +115,10 @@ impl ImagePlane {
             let point = *linear * Vec3::from(points.at(lane)) + origin;
             let at = self.project(point);
             let has_place = self.has_place(at, point.z);
-            // Whole numbers up to the count of texels are exact.
-            let [x, y] = [at.x, at.y].map(|at| if has_place { at as i32 } else { 0 });
+            let (x, y) = if has_place { (at.x, at.y) } else { (0.0, 0.0) };
             placed.depth[lane] = point.z;
             placed.nearness[lane] = at.z;
-            placed.texel[lane] = (y * self.width as i32 + x) as u32;
+            placed.texel[lane] = rounded_down(y) * self.width as u32 + rounded_down(x);
             placed.has_place[lane] = u8::from(has_place);
             placed.is_finite[lane] = u8::from(point.dot(point) < f32::INFINITY);
         }
@@ -173,13 +168,6 @@ impl ImagePlane {
         (at.truncate() / self.divisor(at))
             .extend(nearness)
             .as_vec3()
-    }
-
-    /// A point of camera space at the depth 1 that a perspective view sees at texel coordinates.
-    #[cfg(test)]
-    pub(crate) fn ray(&self, x: f64, y: f64) -> DVec3 {
-        let at = DVec2::new(x, y) - self.offset.as_dvec2();
-        (at / self.scale.as_dvec2()).extend(1.0)
     }
 
     fn divisor(&self, point: DVec3) -> f64 {
@@ -243,4 +231,15 @@ impl ImagePlane {
         let [near, far] = at(max).map(|at| at.cmplt(Vec2::ZERO));
         (is_right_or_below | near & far).any()
     }
+}
+
+/// A position in the image as a whole number. The compiler does not turn a saturating cast into vector instructions.
+#[inline(always)]
+fn rounded_down(at: f32) -> u32 {
+    // From here on, numbers are whole, and their bits end with the number.
+    const WHOLE: f32 = 8_388_608.0;
+    let nearest = at + WHOLE;
+    let below = nearest - 1.0;
+    let down = if nearest - WHOLE > at { below } else { nearest };
+    down.to_bits() - WHOLE.to_bits()
 }

@@ -4,10 +4,9 @@ use glam::{Mat3, Vec3};
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
-use crate::criterion::CriterionInput;
 use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
 use crate::lanes::bits::{LANES, lane_bits};
-use crate::lanes::Eight;
+use crate::lanes::{Eight, with_avx2};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
 use crate::view::stretch::largest_stretch;
@@ -70,7 +69,11 @@ impl OcclusionBuffer {
             INSTANCE_SAMPLES
         };
         let query = self.query(id, instance);
-        Some(self.share(table.samples.of_mesh(count), &query, None))
+        let samples = table.samples.of_mesh(count);
+        Some(with_avx2(
+            #[inline(always)]
+            || self.share(samples, &query, None),
+        ))
     }
 
     /// [`Self::share_of_all`]; if it is `None`, `groups` gets the visible shares of the groups.
@@ -84,15 +87,18 @@ impl OcclusionBuffer {
         let of_all = self.share_of_all(table, id, instance);
         if of_all.is_none() {
             let query = self.query(id, instance);
-            let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
-            let stretch = largest_stretch(&linear);
+            let stretch = largest_stretch(&query.linear);
             groups.clear();
-            groups.extend((0..table.group_count).map(|group| {
-                let (block, lane) = (group / LANES, group % LANES);
-                let input = CriterionInput::from_array(table.groups[block].at(lane));
-                let radius = input.radius * stretch;
-                self.share(table.samples.of_group(group), &query, Some(radius))
-            }));
+            with_avx2(
+                #[inline(always)]
+                || {
+                    for group in 0..table.group_count {
+                        let [_, _, _, radius, ..] = table.groups[group / LANES].at(group % LANES);
+                        let samples = table.samples.of_group(group);
+                        groups.push(self.share(samples, &query, Some(radius * stretch)));
+                    }
+                },
+            );
         }
         of_all
     }
@@ -110,22 +116,31 @@ impl OcclusionBuffer {
     /// farther by more than a `thickness`; without a `thickness`, they hide no points.
     #[inline(always)]
     fn share(&self, samples: &[Eight<3>], query: &Query, thickness: Option<f32>) -> u8 {
+        let plane = self.plane;
         let (mut count, mut visible) = (0, 0);
         for sample in samples {
-            let placed = self.plane.place(sample, &query.linear, query.origin);
-            let mut is_visible = [0; LANES];
-            for (lane, is_visible) in is_visible.iter_mut().enumerate() {
+            let placed = plane.place(sample, &query.linear, query.origin);
+            let mut is_own = [0; LANES];
+            let [mut others, mut shrunk] = [[0.0; LANES]; 2];
+            for lane in 0..LANES {
                 let texel = placed.texel[lane] as usize;
-                let is_in_front = if self.texels.owners[texel] == query.instance {
-                    thickness.is_none_or(|thickness| {
-                        let front = placed.depth[lane] - thickness;
-                        (front < 0.0) | (self.shrunk[texel] <= self.plane.nearness(front))
-                    })
-                } else {
-                    let nearness = placed.nearness[lane];
-                    self.texels.nearness[texel] <= nearness + nearness.abs() * SAME_DEPTH
-                };
-                *is_visible = u8::from(is_in_front) & placed.has_place[lane];
+                is_own[lane] = u8::from(self.texels.owners[texel] == query.instance);
+                others[lane] = self.texels.nearness[texel];
+                if thickness.is_some() {
+                    shrunk[lane] = self.shrunk[texel];
+                }
+            }
+            let mut is_visible = [0; LANES];
+            for lane in 0..LANES {
+                let (depth, nearness) = (placed.depth[lane], placed.nearness[lane]);
+                let before_own = thickness.is_none_or(|thickness| {
+                    let front = depth - thickness;
+                    (front < 0.0) | (shrunk[lane] <= plane.nearness(front))
+                });
+                let before_others = others[lane] <= nearness + nearness.abs() * SAME_DEPTH;
+                let is_own = is_own[lane] != 0;
+                let is_in_front = if is_own { before_own } else { before_others };
+                is_visible[lane] = placed.has_place[lane] & u8::from(is_in_front);
             }
             count += lane_bits(&placed.is_finite).count_ones();
             visible += lane_bits(&is_visible).count_ones();

@@ -51,7 +51,7 @@ impl RowEnd {
 
 impl ScreenTriangle {
     /// `None` for back faces and triangles without area or with NaN. Corners have texel coordinates and nearness.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
         // Seen from outside the corners run counter-clockwise, which is negative with y down.
         let (ab, ac) = (b - a, c - a);

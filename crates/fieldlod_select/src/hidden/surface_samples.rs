@@ -35,7 +35,10 @@ impl SurfaceSamples {
             let units: Vec<&Unit> = hierarchy.units[group.units()].iter().collect();
             // One element, of NaN where there is no area.
             let samples = in_lanes(&samples_of(hierarchy, &units, GROUP_SAMPLES as u32));
-            samples.first().copied().unwrap_or(Eight::splat([f32::NAN; 3]))
+            samples
+                .first()
+                .copied()
+                .unwrap_or(Eight::splat([f32::NAN; 3]))
         });
         Self {
             groups: groups.collect(),

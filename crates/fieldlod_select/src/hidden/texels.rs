@@ -45,7 +45,7 @@ impl Texels {
     }
 
     /// Draws a triangle. Its corners have texel coordinates and nearness, as in [`ScreenTriangle::new`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn draw(&mut self, corners: [Vec3; 3], owner: u32) {
         if !is_between_centres(corners, self.width, self.height)
             && let Some(triangle) = ScreenTriangle::new(corners)
@@ -54,6 +54,7 @@ impl Texels {
         }
     }
 
+    #[inline(always)]
     fn fill(&mut self, triangle: &ScreenTriangle, owner: u32) {
         // Eight rows at once.
         let mut rows = triangle.rows(self.height);

@@ -118,8 +118,7 @@ impl Columns {
     /// Updates the spheres around chunks.
     pub(crate) fn refit(&mut self) {
         let count = self.spheres.len().div_ceil(CHUNK / LANES);
-        self.chunks
-            .resize(count.div_ceil(LANES), EIGHT_NOTHING);
+        self.chunks.resize(count.div_ceil(LANES), EIGHT_NOTHING);
         self.dirty.sort_unstable();
         self.dirty.dedup();
         for &chunk in &self.dirty {

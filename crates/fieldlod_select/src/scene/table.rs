@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use fieldlod_hierarchy::{Group, Hierarchy};
 
-use crate::criterion::error_bounds::{EightBounds, ErrorBounds, or_infinity, simplified};
+use crate::criterion::criterion_input;
+use crate::criterion::error_bounds::{EightBounds, ErrorBounds};
 use crate::criterion::limits::LevelErrors;
-use crate::criterion::{CriterionInput, INPUT_COLUMNS};
 use crate::hidden::occluder::{OccluderPart, occluder_levels};
 use crate::hidden::surface_samples::SurfaceSamples;
 use crate::lanes::Eight;
@@ -19,7 +19,7 @@ use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
 pub struct GroupTable {
     pub(crate) group_count: usize,
     /// Groups, eight to an element. The last elements, up to a whole word of bits, are filled with zeros.
-    pub(crate) groups: Vec<Eight<INPUT_COLUMNS>>,
+    pub(crate) groups: Vec<Eight<9>>,
     /// Bounds of the elements of `groups`, eight to an element: one for each word of bits.
     pub(crate) blocks: Vec<EightBounds>,
     /// Bounds of the elements of `blocks`, eight to an element.
@@ -61,9 +61,8 @@ impl GroupTable {
     pub fn new(hierarchy: &Hierarchy) -> Self {
         let groups = &hierarchy.groups;
         let words = groups.len().div_ceil(CHUNK);
-        let bounds = |groups: &[Group]| {
-            ErrorBounds::around(groups.iter().map(ErrorBounds::of_group))
-        };
+        let bounds =
+            |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
         let around = |groups: &[Group]| bounds(groups).to_array();
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
@@ -223,17 +222,6 @@ impl GroupTable {
             .map_or(self.units.len(), |&first| first as usize);
         self.first_unit[group] as usize..end
     }
-}
-
-/// Criterion input of a group, without the errors of a terminal group.
-fn criterion_input(group: &Group) -> [f32; INPUT_COLUMNS] {
-    let input = CriterionInput::of_group(group);
-    let input = CriterionInput {
-        error: or_infinity(simplified(group, input.error)),
-        deviation: simplified(group, input.deviation),
-        ..input
-    };
-    input.to_array()
 }
 
 /// The unit of a level of a chain.

@@ -16,9 +16,9 @@
 use camera_field::Camera;
 use glam::{Mat3, Vec3};
 
+use crate::criterion::error_bounds::{BOUNDS_COLUMNS, EightBounds};
 use crate::criterion::extent::corner_secant;
 use crate::criterion::px_per_unit;
-use crate::criterion::error_bounds::{BOUNDS_COLUMNS, EightBounds};
 use crate::lanes::bits::{LANES, lane_bits};
 use crate::lanes::larger;
 use crate::settings::{LodSettings, Offscreen};
@@ -114,11 +114,7 @@ impl BoundsTest {
         let [.., error_weighed, deviation] = bounds;
         let error = larger(error_weighed * self.error_px, deviation * self.deviation_px);
         let needed = error + radius;
-        let is_far = needed * needed < center.dot(center);
-        if self.is_orthographic {
-            error <= 1.0
-        } else {
-            is_far
-        }
+        let (fits, is_far) = (error <= 1.0, needed * needed < center.dot(center));
+        if self.is_orthographic { fits } else { is_far }
     }
 }

@@ -4,9 +4,9 @@
 use std::cell::OnceCell;
 
 use super::bounds_test::BoundsTest;
-use crate::criterion::{Criterion, CriterionInput, Drift};
-use crate::hidden::shares::Shares;
 use crate::criterion::error_bounds::EightBounds;
+use crate::criterion::{Criterion, Drift};
+use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, lane_bits, set_bits_of};
 use crate::lanes::with_avx2;
 use crate::scene::table::GroupTable;
@@ -158,8 +158,7 @@ impl<'a> Decision<'a> {
                 let mut exceeds = [0; LANES];
                 for (lane, exceeds) in exceeds.iter_mut().enumerate() {
                     let was_refined = was_refined & 1 << lane != 0;
-                    let group = CriterionInput::from_array(groups.at(lane));
-                    let error_px = criterion.error_px(&group, shares[lane], was_refined);
+                    let error_px = criterion.error_px(groups.at(lane), shares[lane], was_refined);
                     *exceeds = u8::from(thresholds.exceeded_by(error_px, was_refined));
                 }
                 lane_bits(&exceeds)

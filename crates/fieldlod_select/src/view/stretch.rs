@@ -81,7 +81,7 @@ fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
 /// ```text
 /// λ = (T + √(T² − 4D)) / 2,   T = tr A − sᵀAs,   D = sᵀ adj(A) s
 /// ```
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct SeenStretch {
     gram: Mat3,
     adjugate: Mat3,

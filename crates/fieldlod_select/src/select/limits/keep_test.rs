@@ -210,7 +210,6 @@ impl KeepTest {
 
 impl LensTest {
     /// Tests eight instances, or eight chunks; `None` if all of them stay as they are.
-    ///
     #[inline(always)]
     fn look_at(
         &self,
@@ -283,9 +282,8 @@ impl LensTest {
         let reach = sighted.radius + displacement;
         // If errors outside count, an instance beyond the narrower view that casts no shadow is at its coarsest level.
         let width = usize::from(self.on_axis.is_none());
-        let inside_by = self.sides[width].least_inside(sighted.seen);
-        let is_before = self.is_orthographic || reach < sighted.seen.z;
-        let stays_inside = is_before && reach < inside_by;
+        let inside_by = self.inside_by(width, &sighted);
+        let stays_inside = reach < inside_by;
         // Outside of both views, errors count as on the axis.
         let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
         let reached = Sighted {
@@ -320,23 +318,25 @@ impl LensTest {
     /// Whether a sphere is certainly outside of the view that groups enter, 0, or leave, 1.
     #[inline(always)]
     fn is_outside(&self, width: usize, sighted: &Sighted) -> bool {
-        let beyond = -self.sides[width].least_inside(sighted.seen);
-        sighted.radius
-            < match self.is_orthographic {
-                true => beyond,
-                false => larger(beyond, -sighted.seen.z),
-            }
+        sighted.radius < -self.inside_by(width, sighted)
     }
 
     /// Whether a sphere is certainly not outside: its centre is in the view.
     #[inline(always)]
     fn is_inside(&self, width: usize, sighted: &Sighted) -> bool {
+        sighted.slack < self.inside_by(width, sighted)
+    }
+
+    /// How far inside a view the centre of a sphere is.
+    #[inline(always)]
+    fn inside_by(&self, width: usize, sighted: &Sighted) -> f32 {
         let inside_by = self.sides[width].least_inside(sighted.seen);
-        sighted.slack
-            < match self.is_orthographic {
-                true => inside_by,
-                false => smaller(inside_by, sighted.seen.z),
-            }
+        let before = smaller(inside_by, sighted.seen.z);
+        if self.is_orthographic {
+            inside_by
+        } else {
+            before
+        }
     }
 
     /// The largest error of groups that are certainly not refined, by whether they were.
@@ -350,11 +350,8 @@ impl LensTest {
             in_view = smaller(in_view, on_axis);
             outside = if is_dark { outside } else { on_axis };
         }
-        if self.is_outside(width, sighted) {
-            outside
-        } else {
-            in_view
-        }
+        let is_outside = self.is_outside(width, sighted);
+        if is_outside { outside } else { in_view }
     }
 
     /// The error above which groups are certainly refined, by whether they were.
@@ -367,11 +364,8 @@ impl LensTest {
             let on_axis = bounds.on_axis[1] * scale.fine[width];
             elsewhere = if counts { on_axis } else { elsewhere };
         }
-        if self.is_inside(width, sighted) {
-            in_view
-        } else {
-            elsewhere
-        }
+        let is_inside = self.is_inside(width, sighted);
+        if is_inside { in_view } else { elsewhere }
     }
 
     /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger.
@@ -385,12 +379,7 @@ impl LensTest {
                 on_axis: [1.0; 2],
             };
         }
-        let Sighted {
-            seen,
-            radius,
-            slack,
-            ..
-        } = *sighted;
+        let (seen, radius, slack) = (sighted.seen, sighted.radius, sighted.slack);
         let distance_squared = seen.dot(seen);
         let distance = distance_squared.sqrt();
         let gap = distance - radius;
@@ -400,10 +389,10 @@ impl LensTest {
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
         let cosine = larger(cosine - 1e-5, least_cosine);
         let depth = larger(seen.z - radius, gap * cosine);
-        let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
-            true => depth * cosine,
-            false => depth * cosine.sqrt(),
-        });
+        let (of_error, of_deviation) = (depth * cosine.sqrt(), depth * cosine);
+        let [counts_most, counts_least] = self.counts_secant;
+        let most = if counts_most { of_deviation } else { of_error };
+        let least = if counts_least { of_deviation } else { of_error };
         // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
         // excess over the gap.
         let excess = radius * 0.002 + slack * 2.0;
@@ -441,54 +430,5 @@ fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
         (0.999 / (corner_secant(camera) * settings.advanced.min_aspect_ratio)).min(1.0)
     } else {
         1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use camera_field::Intrinsics;
-    use glam::{Affine3A, Vec2};
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::view::shadow_lights::ShadowLight;
-
-    fn any_number() -> impl Strategy<Value = f32> {
-        prop_oneof![
-            8 => -30.0f32..30.0,
-            1 => prop::sample::select(vec![0.0, -2.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]),
-        ]
-    }
-
-    fn any_columns<const N: usize>() -> impl Strategy<Value = [[f32; LANES]; N]> {
-        let column = prop::collection::vec(any_number(), LANES);
-        prop::collection::vec(column, N).prop_map(|columns| {
-            let column = |column: usize| std::array::from_fn(|lane| columns[column][lane]);
-            std::array::from_fn(column)
-        })
-    }
-
-    proptest! {
-        #[test]
-        fn avx2_gives_the_same_bits(
-            [x, y, z, radius, lowest, highest] in any_columns::<6>(),
-            turn in -3.0f32..3.0,
-            bias in prop::option::of(0.1f32..1.0),
-            has_sun in any::<bool>(),
-        ) {
-            let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
-            let pose = Affine3A::from_rotation_y(turn);
-            let suns = [ShadowLight::Sun(Vec3::NEG_Y)];
-            let view = View::new(camera, &pose).with_shadow_lights(&suns[..usize::from(has_sun)]);
-            let mut settings = LodSettings::default();
-            settings.advanced.offscreen = bias.map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias });
-            let test = KeepTest::new(&view, &settings);
-            let spheres = Eight([x, y, z, radius.map(f32::abs)]);
-            let limits = Eight([lowest, highest]);
-            let mut looked = Vec::new();
-            test.look(&[spheres], &[limits], &mut looked);
-            let without_avx2 = test.lens.look_at(0, &spheres, &limits, &test.dark(&spheres));
-            prop_assert_eq!(format!("{:?}", looked.first()), format!("{:?}", without_avx2.as_ref()));
-        }
     }
 }

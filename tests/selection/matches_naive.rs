@@ -1,7 +1,7 @@
 //! The fast selection equals its specification, bit for bit.
 
 use fieldlod_select::{
-    Cut, InstanceView, LodSettings, naive, screen_error_px, select, select_with,
+    Cut, InstanceView, LodSettings, group_error_px, naive, select, select_with,
 };
 use proptest::prelude::*;
 
@@ -53,7 +53,7 @@ proptest! {
         select(hierarchy, &placement, &view, &settings, &mut cut);
         // Selection looks at the view with its margins.
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
-        let criterion = |group: usize| screen_error_px(&hierarchy.groups[group], &instance);
+        let criterion = |group: usize| group_error_px(&hierarchy.groups[group], &instance, &LodSettings::default(), false);
         let expected = naive::select(hierarchy, &settings, &|_| false, &criterion);
         prop_assert_eq!(cut.units(), &expected);
         let triangles = expected.iter().map(|&unit| u64::from(hierarchy.units[unit as usize].triangle_count));

@@ -38,10 +38,10 @@ use camera_field::Camera;
 use fieldlod_hierarchy::Group;
 use glam::{Vec2, Vec3};
 
-use crate::lanes::{Lane, M3, V3};
-use crate::settings::{ErrorWeights, LodSettings, Offscreen};
+use crate::lanes::{larger, smaller};
+use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
-use extent::{ROUNDING, SeenExtent, SeenSphere, corner_secant, is_unusable, outside};
+use extent::{Lens, ROUNDING, SeenExtent, SeenSphere};
 
 /// Weight of V: 1 over the V of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
@@ -54,37 +54,20 @@ pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Bound of the rounding of the widest aspect ratio. With a smaller bound, rounding may relax thresholds.
 const ASPECT_ROUNDING: f32 = 1e-6;
 
-/// The screen-space error of the simplification of `group`, in pixels, which [`select`] compares with
-/// [`LodSettings::error_px`].
+/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
+/// [`LodSettings::threshold_px`].
 ///
-/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
-/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
-///
-/// [`select`]: crate::select
-#[must_use]
-pub fn screen_error_px(group: &Group, instance: &InstanceView) -> f32 {
-    group_error_px(group, instance, &LodSettings::default(), false)
-}
-
-/// The largest displacement on screen of a point of `group`'s surface by its simplification, in pixels, which
-/// [`select`](crate::select) compares with [`LodSettings::displacement_px`].
-///
+/// With [`LodSettings::error_px`] it is the screen-space error of the group's simplification. With
+/// [`LodSettings::displacement_px`] it is the largest displacement on screen of a point of the group's surface:
 /// ```text
 /// E = d · √(c / cos φ)       at most, over the sphere
 /// ```
 /// with `d` the deviation of the two surfaces, times the stretch of the instance across the sight rays of the sphere.
-/// Zero, infinite and NaN as in [`screen_error_px`].
-#[must_use]
-pub fn screen_displacement_px(group: &Group, instance: &InstanceView) -> f32 {
-    group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
-}
-
-/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
-/// [`LodSettings::threshold_px`].
-///
 /// With both thresholds it is the greater of the screen-space error and the displacement times
-/// `error_px / displacement_px`; with neither it is 0. Zero, infinite and NaN as in
-/// [`screen_error_px`].
+/// `error_px / displacement_px`; with neither it is 0.
+///
+/// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
+/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
 ///
 /// If the view has [margins](crate::View::with_margins), a group that `was_refined` in the previous cut leaves a wider
 /// view than it entered. Its error is then at least that of a group that was not refined.
@@ -111,12 +94,8 @@ pub fn visible_error_px(
     if group.is_terminal() {
         return f32::INFINITY;
     }
-    let criterion = Criterion::<f32>::new(instance, settings);
-    let input = CriterionInput {
-        share: visible_share,
-        ..CriterionInput::of_group(group)
-    };
-    criterion.error_px(&input, was_refined)
+    let criterion = Criterion::new(instance, settings);
+    criterion.error_px(criterion_input(group), visible_share, was_refined)
 }
 
 /// Deviation of groups without a measured deviation. It is larger than any threshold allows, but finite: outside the
@@ -127,34 +106,15 @@ pub(crate) fn usable_deviation(group: &Group) -> f32 {
     group.deviation_in_local.min(UNMEASURED)
 }
 
-/// Input of the criterion from a group, in local space.
-#[derive(Clone, Copy)]
-pub(crate) struct CriterionInput<L> {
-    pub(crate) center: V3<L>,
-    pub(crate) radius: L,
-    pub(crate) error: L,
-    pub(crate) deviation: L,
-    pub(crate) mean_normal: V3<L>,
-    /// `|m|` and `v` of the module's formula.
-    pub(crate) normal_length: L,
-    pub(crate) normal_variance: L,
-    /// The share of the group that is not hidden.
-    pub(crate) share: L,
-}
+/// Input of the criterion from a group, in local space: center, radius, error, deviation and mean normal.
+pub(crate) type CriterionInput = [f32; 9];
 
-impl CriterionInput<f32> {
-    fn of_group(group: &Group) -> Self {
-        Self {
-            center: V3::splat(group.bounds.center),
-            radius: group.bounds.radius,
-            error: group.error_in_local,
-            deviation: usable_deviation(group),
-            mean_normal: V3::splat(group.mean_normal),
-            normal_length: group.mean_normal.length(),
-            normal_variance: normal_variance(group.mean_normal),
-            share: 1.0,
-        }
-    }
+pub(crate) fn criterion_input(group: &Group) -> CriterionInput {
+    let [x, y, z] = group.bounds.center.to_array();
+    let [m_x, m_y, m_z] = group.mean_normal.to_array();
+    let (radius, error) = (group.bounds.radius, group.error_in_local);
+    let deviation = usable_deviation(group);
+    [x, y, z, radius, error, deviation, m_x, m_y, m_z]
 }
 
 /// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
@@ -165,7 +125,7 @@ pub(crate) struct Motion {
 }
 
 /// Bounds of the motion of an instance's groups in camera space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Drift {
     /// Bound of the distance that a center moves.
     pub(crate) distance: f32,
@@ -174,287 +134,321 @@ pub(crate) struct Drift {
 }
 
 /// The criterion of one instance in one view under one set of settings.
-pub(crate) struct Criterion<'a, L> {
-    pub(crate) instance: &'a InstanceView,
-    pub(crate) settings: &'a LodSettings,
-    weights: ErrorWeights,
-    camera_from_local: M3<L>,
-    origin_in_camera: V3<L>,
-    normal_in_camera_from_local: M3<L>,
-    /// Secant of the image's widest corner.
-    corner: f32,
-    /// Secant of the widest corner of the view that refined groups leave; `None` if it is the view that groups enter.
-    leaving_corner: Option<f32>,
-    /// The motion of groups, if any. Errors of refined groups are then their least errors during the motion, and errors
-    /// of other groups their largest. The instance must stay inside the view or outside.
-    pub(crate) drift: Option<Drift>,
+#[derive(Clone, Copy)]
+pub(crate) struct Criterion {
+    branches: Branches,
+    displacement_weight: f32,
+    instance: InstanceView,
+    px_per_unit: Vec2,
+    /// The views that groups enter, and that refined groups leave.
+    entering: Lens,
+    leaving: Lens,
+    /// Factor of errors outside the view.
+    bias: f32,
+    max_curl: f32,
+    min_aspect_ratio: f32,
+    /// The motion of groups. Errors of refined groups are their least errors during the motion, and errors of other
+    /// groups their largest. The instance must stay inside the view or outside.
+    pub(crate) drift: Drift,
 }
 
-impl<'a, L: Lane> Criterion<'a, L> {
-    pub(crate) fn new(instance: &'a InstanceView, settings: &'a LodSettings) -> Self {
-        let has_margin = instance.kept_camera != instance.camera;
+/// The parts of the criterion that count for an instance.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Branches {
+    is_perspective: bool,
+    is_similarity: bool,
+    /// Whether the aspect ratio or the curl relaxes errors.
+    is_relaxed: bool,
+    counts_outside: bool,
+    counts_error: bool,
+    counts_displacement: bool,
+}
+
+impl Criterion {
+    pub(crate) fn new(instance: &InstanceView, settings: &LodSettings) -> Self {
+        let (weights, advanced) = (settings.error_weights(), &settings.advanced);
+        let bias = match advanced.offscreen {
+            Offscreen::Coarsest => None,
+            Offscreen::OnAxis { bias } => Some(bias),
+        };
+        let branches = Branches {
+            is_perspective: matches!(instance.camera, Camera::Perspective(_)),
+            is_similarity: instance.seen_stretch.is_none(),
+            is_relaxed: advanced.max_curl != 0.0 || advanced.min_aspect_ratio > 0.0,
+            counts_outside: bias.is_some(),
+            counts_error: weights.counts_error,
+            counts_displacement: weights.displacement_weight.is_some(),
+        };
         Self {
-            instance,
-            settings,
-            weights: settings.error_weights(),
-            camera_from_local: M3::splat(&instance.camera_from_local),
-            origin_in_camera: V3::splat(instance.origin_in_camera),
-            normal_in_camera_from_local: M3::splat(&instance.normal_in_camera_from_local),
-            corner: corner_secant(&instance.camera),
-            leaving_corner: has_margin.then(|| corner_secant(&instance.kept_camera)),
-            drift: None,
+            branches,
+            displacement_weight: weights.displacement_weight.unwrap_or(0.0),
+            instance: *instance,
+            px_per_unit: px_per_unit(&instance.camera),
+            entering: Lens::new(&instance.camera),
+            leaving: Lens::new(&instance.kept_camera),
+            bias: bias.unwrap_or(0.0),
+            max_curl: advanced.max_curl,
+            min_aspect_ratio: advanced.min_aspect_ratio,
+            drift: Drift::default(),
         }
     }
 
-    /// The error to compare with [`LodSettings::threshold_px`], of groups that are not terminal.
+    /// Calls `run` with this criterion. For most instances, the compiler knows the branches, and a loop over lanes that
+    /// it turns into vector instructions leaves out the others.
     #[inline(always)]
-    pub(crate) fn error_px(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
+    pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
+        let usual = |is_perspective, counts_outside| Self {
+            branches: Branches {
+                is_perspective,
+                counts_outside,
+                is_similarity: true,
+                is_relaxed: false,
+                counts_error: true,
+                counts_displacement: false,
+            },
+            ..*self
+        };
+        let Branches {
+            is_perspective,
+            counts_outside,
+            ..
+        } = self.branches;
+        match (is_perspective, counts_outside) {
+            _ if self.branches != usual(is_perspective, counts_outside).branches => run(&{ *self }),
+            (true, false) => run(&usual(true, false)),
+            (true, true) => run(&usual(true, true)),
+            (false, false) => run(&usual(false, false)),
+            (false, true) => run(&usual(false, true)),
+        }
+    }
+
+    /// The error to compare with [`LodSettings::threshold_px`], of a group that is not terminal. `share` is the share of
+    /// the group that is not hidden.
+    #[inline(always)]
+    pub(crate) fn error_px(&self, group: CriterionInput, share: f32, was_refined: bool) -> f32 {
+        let [x, y, z, radius, error, deviation, m_x, m_y, m_z] = group;
+        let mean_normal = Vec3::new(m_x, m_y, m_z);
         // The sphere in camera space and its extent in the view.
-        let seen = self.seen(group, was_refined);
+        let seen = self.seen(Vec3::new(x, y, z), radius, was_refined);
         let extent = self.extent(&seen, was_refined);
         // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
-        // e √(c (4 V + 0.4 p) o); infinite if the strength is infinite, even if a factor is 0.
-        let screen_error = || {
+        let (mut screen_error, mut displacement) = (0.0, 0.0);
+        if self.branches.counts_error {
+            // e √(c (4 V + 0.4 p) o)
             let strength = self.strength(&seen, &extent);
-            let facing = self.facing(group, &seen);
-            let weight = self.weight(facing, group, was_refined) * group.share;
-            let error_px = group.error * stretch * (strength * weight).sqrt() * relaxation;
-            L::choose(L::infinity().is_at_most(strength), L::infinity(), error_px)
-        };
-        // d √(c / cos φ).
-        let displacement = || {
+            let facing = self.facing(mean_normal, &seen);
+            let weight = self.weight(facing, mean_normal, was_refined) * share;
+            let error_px = error * stretch * (strength * weight).sqrt() * relaxation;
+            screen_error = unless_infinite(strength, error_px);
+        }
+        if self.branches.counts_displacement {
+            // d √(c / cos φ)
             let pixel_scale = self.pixel_scale(&seen, &extent);
-            let displacement_px = group.deviation * stretch * pixel_scale * relaxation;
-            L::choose(
-                L::infinity().is_at_most(pixel_scale),
-                L::infinity(),
-                displacement_px,
-            )
-        };
-        match (self.weights.counts_error, self.weights.displacement_weight) {
-            (true, None) => screen_error(),
-            (false, Some(weight)) => displacement() * L::splat(weight),
-            (true, Some(weight)) => {
-                let (a, b) = (screen_error(), displacement() * L::splat(weight));
-                // NaN if either error is NaN.
-                L::choose(b.is_below(a) | a.not_a_number(), a, b)
-            }
-            (false, None) => L::zero(),
+            let error_px = deviation * stretch * pixel_scale * relaxation;
+            displacement = unless_infinite(pixel_scale, error_px) * self.displacement_weight;
+        }
+        // NaN if either error is NaN.
+        let is_larger = (displacement < screen_error) | screen_error.is_nan();
+        if is_larger {
+            screen_error
+        } else {
+            displacement
         }
     }
 
-    #[inline]
-    fn seen(&self, group: &CriterionInput<L>, was_refined: L::Mask) -> SeenSphere<L> {
-        let center = self
-            .camera_from_local
-            .of(group.center)
-            .plus(self.origin_in_camera);
+    #[inline(always)]
+    fn seen(&self, center: Vec3, radius: f32, was_refined: bool) -> SeenSphere {
+        let center = self.instance.camera_from_local * center + self.instance.origin_in_camera;
         let distance_squared = center.dot(center);
-        let radius = L::splat(self.instance.camera_per_local) * group.radius;
-        let reach = self.drift.map_or(radius, |drift| {
-            let distance = L::splat(drift.distance);
-            radius + L::choose(was_refined, -distance, distance)
-        });
+        let radius = self.instance.camera_per_local * radius;
         SeenSphere {
             center,
             radius,
-            reach,
+            reach: radius + negated_if(was_refined, self.drift.distance),
             distance_squared,
             distance: distance_squared.sqrt(),
         }
     }
 
     /// The extent of a sphere in the view that its group enters or, if it was refined, leaves.
-    #[inline]
-    fn extent(&self, seen: &SeenSphere<L>, was_refined: L::Mask) -> SeenExtent<L> {
-        let entering = outside(&self.instance.camera, seen);
-        let corner = L::splat(self.corner);
-        let (outside, corner) = match self.leaving_corner {
-            None => (entering, corner),
-            Some(leaving_corner) => {
-                let leaving = outside(&self.instance.kept_camera, seen);
-                // A group must not leave where it enters: the wider view may exclude more spheres that cross the camera
-                // plane.
-                let outside = leaving | (entering & !was_refined);
-                (
-                    outside,
-                    L::choose(was_refined, L::splat(leaving_corner), corner),
-                )
-            }
-        };
-        match self.instance.camera {
-            Camera::Perspective(_) => SeenExtent::new(seen, outside, corner),
-            Camera::Orthographic(_) => SeenExtent {
-                outside,
-                unbounded: is_unusable(seen),
-                // The field is constant, so that its bounds do not depend on the sphere.
-                secant: L::one(),
-                depth: L::one(),
-            },
+    #[inline(always)]
+    fn extent(&self, seen: &SeenSphere, was_refined: bool) -> SeenExtent {
+        let is_perspective = self.branches.is_perspective;
+        // A group must not leave where it enters: the wider view may exclude more spheres that cross the camera plane.
+        let is_outside = self.leaving.is_outside(is_perspective, seen)
+            | (self.entering.is_outside(is_perspective, seen) & !was_refined);
+        if is_perspective {
+            let (leaving, entering) = (self.leaving.corner, self.entering.corner);
+            let corner = if was_refined { leaving } else { entering };
+            return SeenExtent::new(seen, is_outside, corner);
+        }
+        SeenExtent {
+            is_outside,
+            is_unbounded: seen.is_unusable(),
+            // The field is constant, so that its bounds do not depend on the sphere.
+            secant: 1.0,
+            depth: 1.0,
         }
     }
 
     /// The field's strength for the whole group: its bound over the sphere, or one sample if the field is flat enough.
     /// Outside the field of view, it is zero or the strength on the axis.
-    #[inline]
-    fn strength(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
-        let px_per_unit = px_per_unit(&self.instance.camera);
-        let constant = L::splat(px_per_unit.x * px_per_unit.y);
-        match &self.instance.camera {
-            Camera::Perspective(_) => {
-                let bound = constant * extent.secant / (extent.depth * extent.depth);
-                let bound = bound * L::splat(1.0 + ROUNDING);
-                let distance = seen.reached_distance();
-                let on_axis = |bias: L| constant * bias * bias / (distance * distance);
-                let bound = self.unless_outside(extent, bound, on_axis);
-                self.sampled_where_flat(constant, seen, extent, bound)
-            }
-            Camera::Orthographic(_) => {
-                self.unless_outside(extent, constant, |bias| constant * bias * bias)
-            }
+    #[inline(always)]
+    fn strength(&self, seen: &SeenSphere, extent: &SeenExtent) -> f32 {
+        let constant = self.px_per_unit.x * self.px_per_unit.y;
+        let on_axis = constant * self.bias * self.bias;
+        if !self.branches.is_perspective {
+            return self.unless_outside(extent, constant, on_axis);
         }
+        let bound = constant * extent.secant / (extent.depth * extent.depth) * (1.0 + ROUNDING);
+        let distance = seen.reached_distance();
+        let bound = self.unless_outside(extent, bound, on_axis / (distance * distance));
+        self.sampled_where_flat(constant, seen, extent, bound)
     }
 
     /// Pixels per unit of a displacement across the sight ray, `√(c / cos φ)`, at most.
-    #[inline]
-    fn pixel_scale(&self, seen: &SeenSphere<L>, extent: &SeenExtent<L>) -> L {
-        let px_per_unit = L::splat(px_per_unit(&self.instance.camera).max_element());
-        match &self.instance.camera {
-            Camera::Perspective(_) => {
-                let bound = px_per_unit * extent.secant / extent.depth * L::splat(1.0 + ROUNDING);
-                let distance = seen.reached_distance();
-                self.unless_outside(extent, bound, |bias| px_per_unit * bias / distance)
-            }
-            Camera::Orthographic(_) => {
-                self.unless_outside(extent, px_per_unit, |bias| px_per_unit * bias)
-            }
+    #[inline(always)]
+    fn pixel_scale(&self, seen: &SeenSphere, extent: &SeenExtent) -> f32 {
+        let px_per_unit = self.px_per_unit.max_element();
+        let on_axis = px_per_unit * self.bias;
+        if !self.branches.is_perspective {
+            return self.unless_outside(extent, px_per_unit, on_axis);
         }
+        let bound = px_per_unit * extent.secant / extent.depth * (1.0 + ROUNDING);
+        self.unless_outside(extent, bound, on_axis / seen.reached_distance())
     }
 
-    /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], the result of `on_axis` for
-    /// its bias.
-    #[inline]
-    fn unless_outside(&self, extent: &SeenExtent<L>, bound: L, on_axis: impl Fn(L) -> L) -> L {
-        let finite = |value: L| L::choose(value.is_length(), value, L::infinity());
-        let outside = match self.settings.advanced.offscreen {
-            Offscreen::Coarsest => L::zero(),
-            Offscreen::OnAxis { bias } => finite(on_axis(L::splat(bias))),
+    /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], `on_axis`.
+    #[inline(always)]
+    fn unless_outside(&self, extent: &SeenExtent, bound: f32, on_axis: f32) -> f32 {
+        let is_outside = extent.is_outside;
+        let on_axis = if self.branches.counts_outside {
+            on_axis
+        } else {
+            0.0
         };
-        let inside = L::choose(extent.unbounded, L::infinity(), finite(bound));
-        L::choose(extent.outside, outside, inside)
+        let value = if is_outside { on_axis } else { bound };
+        let is_known = is_outside | !extent.is_unbounded;
+        let is_length = is_known & (0.0..f32::INFINITY).contains(&value);
+        if is_length { value } else { f32::INFINITY }
     }
 
     /// One sample of the strength at the centre instead of its bound, if `κ < max_curl`.
-    #[inline]
+    #[inline(always)]
     fn sampled_where_flat(
         &self,
-        constant: L,
-        seen: &SeenSphere<L>,
-        extent: &SeenExtent<L>,
-        bound: L,
-    ) -> L {
-        let max_curl = self.settings.advanced.max_curl;
-        if max_curl == 0.0 {
+        constant: f32,
+        seen: &SeenSphere,
+        extent: &SeenExtent,
+        bound: f32,
+    ) -> f32 {
+        let max_curl = self.max_curl;
+        if !(self.branches.is_relaxed && max_curl != 0.0) {
             return bound;
         }
-        let SeenSphere {
-            center,
-            radius,
-            distance,
-            ..
-        } = *seen;
+        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
         // κ < max_curl, without dividing by depth.
         let z_squared = center.z * center.z;
         let off_axis_squared = center.x * center.x + center.y * center.y;
-        let change =
-            radius * radius * (L::splat(4.0) * z_squared + L::splat(9.0) * off_axis_squared);
-        let allowed = L::splat(max_curl * max_curl) * (distance * distance) * z_squared;
-        let is_flat = L::zero().is_below(center.z) & change.is_below(allowed);
+        let change = radius * radius * (4.0 * z_squared + 9.0 * off_axis_squared);
+        let allowed = max_curl * max_curl * (distance * distance) * z_squared;
+        let is_flat = (center.z > 0.0) & (change < allowed);
         let sample = constant * distance / (center.z * center.z * center.z);
         // Zero outside the view and infinity stay as they are; the centre may be outside the image.
-        let is_visible = !(extent.outside | extent.unbounded);
-        L::choose(is_flat & is_visible & sample.is_below(bound), sample, bound)
+        let is_visible = !(extent.is_outside | extent.is_unbounded);
+        let is_sampled = is_flat & is_visible & (sample < bound);
+        if is_sampled { sample } else { bound }
     }
 
     /// `m·s` for a group's mean normal.
-    #[inline]
-    fn facing(&self, group: &CriterionInput<L>, seen: &SeenSphere<L>) -> L {
+    #[inline(always)]
+    fn facing(&self, mean_normal: Vec3, seen: &SeenSphere) -> f32 {
         // Against the sight ray, which is the same everywhere in an orthographic view.
-        let turned = self.normal_in_camera_from_local.of(group.mean_normal);
-        let (along, distance) = match self.instance.camera {
-            Camera::Perspective(_) => (seen.center, seen.distance),
-            Camera::Orthographic(_) => (V3::splat(Vec3::Z), L::one()),
-        };
+        let turned = self.instance.normal_in_camera_from_local * mean_normal;
+        let (along, distance) = self.sight_ray(seen);
         let away = turned.dot(along);
-        if self.instance.seen_stretch.is_none() {
+        if self.branches.is_similarity {
             return -away / distance;
         }
         // An instance that is not a similarity changes the normal's length.
         let length = turned.dot(turned).sqrt();
-        let facing = -away * group.normal_length / (length * distance);
-        L::choose(L::zero().is_below(length), facing, L::zero())
+        let facing = -away * mean_normal.length() / (length * distance);
+        if length > 0.0 { facing } else { 0.0 }
     }
 
-    /// `4 V + 0.4 p`.
-    #[inline]
-    fn weight(&self, facing: L, group: &CriterionInput<L>, was_refined: L::Mask) -> L {
-        let Some(drift) = &self.drift else {
-            return picture_weight(facing, group.normal_variance);
-        };
-        let change = L::splat(drift.chord) * group.normal_length;
-        let change = L::choose(was_refined, -change, change);
+    /// A vector along the sight ray, and its length.
+    #[inline(always)]
+    fn sight_ray(&self, seen: &SeenSphere) -> (Vec3, f32) {
+        if self.branches.is_perspective {
+            (seen.center, seen.distance)
+        } else {
+            (Vec3::Z, 1.0)
+        }
+    }
+
+    /// `4 V + 0.4 p`, at most or at least during the motion.
+    #[inline(always)]
+    fn weight(&self, facing: f32, mean_normal: Vec3, was_refined: bool) -> f32 {
+        let variance = normal_variance(mean_normal);
+        let change = negated_if(was_refined, self.drift.chord * mean_normal.length());
         // V grows with μ and p falls with |μ|.
-        let aside = (facing.abs() - change).larger(L::zero());
-        let flatness = aside * aside / silhouette_width(group.normal_variance);
-        let visible = visible_weight(facing + change, group.normal_variance);
-        visible.larger(L::zero()) + silhouette_weight(flatness)
+        let aside = facing.abs() - change;
+        let aside = if aside < 0.0 { 0.0 } else { aside };
+        let flatness = aside * aside / silhouette_width(variance);
+        let visible = visible_weight(facing + change, variance);
+        larger(visible, 0.0) + silhouette_weight(flatness)
     }
 
     /// The largest stretch across the sight rays of the sphere, in camera units per local unit. It is exact at the ray
     /// of the centre. For the other rays, `sin δ = r/ρ` times the largest stretch is added.
-    #[inline]
-    fn stretch(&self, seen: &SeenSphere<L>) -> L {
-        let most = L::splat(self.instance.camera_per_local);
-        let Some(stretch) = &self.instance.seen_stretch else {
+    #[inline(always)]
+    fn stretch(&self, seen: &SeenSphere) -> f32 {
+        let most = self.instance.camera_per_local;
+        let (false, Some(stretch)) = (self.branches.is_similarity, &self.instance.seen_stretch)
+        else {
             return most;
         };
-        let across = match self.instance.camera {
-            Camera::Perspective(_) => {
-                let along = seen.center.times(L::one() / seen.distance);
-                stretch.across(along) + most * (seen.radius / seen.distance)
-            }
-            Camera::Orthographic(_) => stretch.across(V3::splat(Vec3::Z)),
-        };
-        across.smaller(most)
+        let (along, distance) = self.sight_ray(seen);
+        let mut across = stretch.across(along * (1.0 / distance));
+        if self.branches.is_perspective {
+            across += most * (seen.radius / seen.distance);
+        }
+        smaller(across, most)
     }
 
     /// The factor of errors by `min_aspect_ratio`, from the largest aspect ratio in the visible part of a sphere. It is
     /// `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least the ratio of the widest corner.
-    #[inline]
-    fn relaxation(&self, seen: &SeenSphere<L>) -> L {
-        let min_aspect_ratio = self.settings.advanced.min_aspect_ratio;
-        let is_perspective = matches!(self.instance.camera, Camera::Perspective(_));
-        if !(is_perspective && min_aspect_ratio > 0.0) {
-            return L::one();
+    #[inline(always)]
+    fn relaxation(&self, seen: &SeenSphere) -> f32 {
+        let limit = self.min_aspect_ratio;
+        if !(self.branches.is_relaxed && self.branches.is_perspective && limit > 0.0) {
+            return 1.0;
         }
-        let SeenSphere {
-            center,
-            radius,
-            distance,
-            ..
-        } = *seen;
+        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
         // cos(φ − δ).
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
         let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
-        let widest = (cosine + L::splat(ASPECT_ROUNDING)).larger(L::splat(1.0 / self.corner));
-        let aspect = L::choose(off_axis.is_at_most(radius), L::one(), widest);
+        let widest = larger(cosine + ASPECT_ROUNDING, 1.0 / self.entering.corner);
+        let aspect = if off_axis <= radius { 1.0 } else { widest };
         // The factor relaxes errors only below the limit.
-        let limit = L::splat(min_aspect_ratio);
-        L::choose(aspect.is_below(limit), aspect / limit, L::one())
+        let relaxed = aspect / limit;
+        if aspect < limit { relaxed } else { 1.0 }
     }
+}
+
+/// Infinite if a factor is infinite, even if another is 0.
+#[inline(always)]
+fn unless_infinite(factor: f32, error_px: f32) -> f32 {
+    let is_infinite = factor >= f32::INFINITY;
+    if is_infinite { factor } else { error_px }
+}
+
+#[inline(always)]
+fn negated_if(is_negated: bool, value: f32) -> f32 {
+    if is_negated { -value } else { value }
 }
 
 /// Pixels per unit of length along both axes, at unit depth in a perspective view.
@@ -466,33 +460,26 @@ pub(crate) fn px_per_unit(camera: &Camera) -> Vec2 {
 }
 
 /// `v` of the module's formula. Rounding may leave |m| slightly above 1.
+#[inline(always)]
 pub(crate) fn normal_variance(mean_normal: Vec3) -> f32 {
     (1.0 - mean_normal.length_squared()).max(0.0) * 0.25
 }
 
-/// `4 V + 0.4 p` of the module's formula, for `μ` and `v`.
-#[inline]
-pub(crate) fn picture_weight<L: Lane>(facing: L, variance: L) -> L {
-    let flatness = facing * facing / silhouette_width(variance);
-    visible_weight(facing, variance).larger(L::zero()) + silhouette_weight(flatness)
-}
-
 /// `4 V`, which grows with the facing `μ`. Rounding may make it slightly negative for back faces.
-#[inline]
-pub(crate) fn visible_weight<L: Lane>(facing: L, variance: L) -> L {
+#[inline(always)]
+pub(crate) fn visible_weight(facing: f32, variance: f32) -> f32 {
     let root = (facing * facing + variance).sqrt();
-    L::splat(0.5 * VISIBLE_WEIGHT) * (facing + root)
+    0.5 * VISIBLE_WEIGHT * (facing + root)
 }
 
 /// `2v + 0.005`, the divisor of `μ²` in `u`.
-#[inline]
-pub(crate) fn silhouette_width<L: Lane>(variance: L) -> L {
-    L::splat(2.0) * variance + L::splat(FLATNESS_FLOOR)
+#[inline(always)]
+pub(crate) fn silhouette_width(variance: f32) -> f32 {
+    2.0 * variance + FLATNESS_FLOOR
 }
 
 /// `0.4 p` for `u`, with which it falls.
-#[inline]
-pub(crate) fn silhouette_weight<L: Lane>(u: L) -> L {
-    let silhouette = L::one() / (L::one() + u + L::splat(0.5) * u * u);
-    L::splat(SILHOUETTE_WEIGHT) * silhouette
+#[inline(always)]
+pub(crate) fn silhouette_weight(u: f32) -> f32 {
+    SILHOUETTE_WEIGHT * (1.0 / (1.0 + u + 0.5 * u * u))
 }

@@ -27,10 +27,9 @@ mod texels;
 
 use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
-use wide::f32x8;
 
-use crate::lanes::bits::{LANES, set_bits_of};
-use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::lanes::bits::LANES;
+use crate::lanes::{Eight, smaller, with_avx2};
 use crate::scene::Scene;
 use crate::view::View;
 use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
@@ -95,7 +94,10 @@ impl OcclusionBuffer {
             // An occluder behind other occluders hides nothing more.
             if !self.covers(&scene.instances[candidate.instance as usize].sphere) {
                 let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
-                drawn_points += self.draw(scene, candidate, rest);
+                drawn_points += with_avx2(
+                    #[inline(always)]
+                    || self.draw(scene, candidate, rest),
+                );
             }
         }
         self.candidates = candidates;
@@ -124,6 +126,7 @@ impl OcclusionBuffer {
     }
 
     /// Draws one instance within `rest` triangles. Returns its cost in points.
+    #[inline(always)]
     fn draw(&mut self, scene: &Scene, candidate: &Candidate, rest: u32) -> u32 {
         let (table, owner) = (scene.table(candidate.mesh), candidate.instance);
         let placement = &scene.instances[owner as usize].world_from_local;
@@ -139,6 +142,7 @@ impl OcclusionBuffer {
     }
 
     /// Draws one level of an instance.
+    #[inline(always)]
     fn draw_mesh(&mut self, parts: &[OccluderPart], linear: &Mat3, origin: Vec3, owner: u32) {
         let (plane, is_mirrored) = (self.plane, linear.determinant() < 0.0);
         for part in parts_in_view(parts, &plane, linear, origin) {
@@ -152,19 +156,13 @@ impl OcclusionBuffer {
 
     /// Draws an instance by points of one texel each, until none of [`STRETCH`] elements is in front. Returns the
     /// number of points.
-    fn draw_points(
-        &mut self,
-        points: &[V3<f32x8>],
-        linear: &Mat3,
-        origin: Vec3,
-        owner: u32,
-    ) -> u32 {
-        let (linear, origin) = (M3::splat(linear), V3::splat(origin));
+    #[inline(always)]
+    fn draw_points(&mut self, points: &[Eight<3>], linear: &Mat3, origin: Vec3, owner: u32) -> u32 {
         let mut drawn = 0;
         for stretch in points.chunks(STRETCH) {
             let mut is_in_front = false;
             for point in stretch {
-                is_in_front |= self.draw_eight(linear.of(*point).plus(origin), owner);
+                is_in_front |= self.draw_eight(point, linear, origin, owner);
             }
             drawn += (stretch.len() * LANES) as u32;
             if !is_in_front {
@@ -174,18 +172,16 @@ impl OcclusionBuffer {
         drawn
     }
 
-    /// Draws eight points of camera space. Returns `true` if any point is the nearest of its texel.
+    /// Draws eight points. Returns `true` if any point is the nearest of its texel.
     #[inline(always)]
-    fn draw_eight(&mut self, point: V3<f32x8>, owner: u32) -> bool {
-        let at = self.plane.project(point);
-        let has_place = self.plane.has_place(at, point.z);
-        let texels = self.plane.texels_at(at, has_place);
-        let nearness = at.z.to_array();
+    fn draw_eight(&mut self, points: &Eight<3>, linear: &Mat3, origin: Vec3, owner: u32) -> bool {
+        let placed = self.plane.place(points, linear, origin);
         let mut is_in_front = false;
-        for lane in set_bits_of(bits_of(has_place)) {
-            is_in_front |= self
-                .texels
-                .keep_nearer(texels[lane] as usize, nearness[lane], owner);
+        for lane in 0..LANES {
+            if placed.has_place[lane] != 0 {
+                let (texel, nearness) = (placed.texel[lane] as usize, placed.nearness[lane]);
+                is_in_front |= self.texels.keep_nearer(texel, nearness, owner);
+            }
         }
         is_in_front
     }
@@ -202,21 +198,18 @@ impl OcclusionBuffer {
             let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
             let [above, own, below] = rows.map(|row| &self.shrunk_in_rows[row * width..][..width]);
             for (column, to) in to.iter_mut().enumerate() {
-                *to = above[column].smaller(own[column]).smaller(below[column]);
+                *to = smaller(smaller(above[column], own[column]), below[column]);
             }
         }
     }
 }
 
-/// The centres of the first eight texels of a row.
-const CENTRES: f32x8 = f32x8::new([0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5]);
-
 /// The least of each number and its two neighbours.
 fn least_of_three(from: &[f32], to: &mut [f32]) {
     let last = from.len() - 1;
-    to[0] = from[0].smaller(from[last.min(1)]);
-    to[last] = from[last].smaller(from[last.saturating_sub(1)]);
+    to[0] = smaller(from[0], from[last.min(1)]);
+    to[last] = smaller(from[last], from[last.saturating_sub(1)]);
     for (to, from) in to[1..].iter_mut().zip(from.windows(3)) {
-        *to = from[0].smaller(from[1]).smaller(from[2]);
+        *to = smaller(smaller(from[0], from[1]), from[2]);
     }
 }

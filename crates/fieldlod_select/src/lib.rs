@@ -72,7 +72,7 @@ mod selector;
 mod settings;
 mod view;
 
-pub use criterion::{group_error_px, screen_displacement_px, screen_error_px, visible_error_px};
+pub use criterion::{group_error_px, visible_error_px};
 pub use cut::{Cut, select, select_with};
 pub use hidden::OcclusionBuffer;
 pub use scene::table::GroupTable;

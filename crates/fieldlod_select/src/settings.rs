@@ -57,10 +57,10 @@ impl Default for VisibleFlux {
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
     /// Quality: the largest screen-space error of a simplification, in physical pixels
-    /// ([`screen_error_px`](crate::screen_error_px)). The error is RMS-like: single points may move farther.
+    /// ([`group_error_px`](crate::group_error_px)). The error is RMS-like: single points may move farther.
     pub error_px: Option<f32>,
     /// Guarantee: the largest displacement of the surface in the image, in physical pixels
-    /// ([`screen_displacement_px`](crate::screen_displacement_px)). It needs more triangles than
+    /// ([`group_error_px`](crate::group_error_px)). It needs more triangles than
     /// [`error_px`](Self::error_px), and deviations measured by the bake: a mesh without them is drawn at full
     /// detail. If both thresholds are set, both hold.
     pub displacement_px: Option<f32>,
@@ -256,12 +256,13 @@ pub(crate) struct Thresholds {
 
 impl Thresholds {
     /// Whether an error exceeds the threshold; NaN exceeds every threshold.
+    #[inline(always)]
     pub(crate) fn exceeded_by(&self, error_px: f32, was_refined: bool) -> bool {
         let threshold_px = if was_refined {
             self.coarsen_below_px
         } else {
             self.refine_above_px
         };
-        error_px.is_nan() || error_px > threshold_px
+        error_px.is_nan() | (error_px > threshold_px)
     }
 }

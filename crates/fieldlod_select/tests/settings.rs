@@ -7,8 +7,7 @@ use common::{
 };
 use fieldlod_hierarchy::{Group, Sphere};
 use fieldlod_select::{
-    AdvancedSettings, Cut, InstanceView, LodSettings, Offscreen, group_error_px,
-    screen_displacement_px, screen_error_px, select,
+    AdvancedSettings, Cut, InstanceView, LodSettings, Offscreen, group_error_px, select,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -32,6 +31,16 @@ fn capped(error_px: f32, displacement_px: f32) -> LodSettings {
     }
 }
 
+/// The screen-space error at the default settings.
+fn error_px(group: &Group, instance: &InstanceView) -> f32 {
+    group_error_px(group, instance, &LodSettings::default(), false)
+}
+
+/// The largest displacement.
+fn displacement_px(group: &Group, instance: &InstanceView) -> f32 {
+    group_error_px(group, instance, &LodSettings::guaranteed(1.0), false)
+}
+
 const ON_AXIS: Offscreen = Offscreen::OnAxis { bias: 1.0 };
 
 proptest! {
@@ -40,8 +49,8 @@ proptest! {
         let instance = InstanceView::new(&view, &placement);
         let both = capped(error_px, cap_px);
         for group in &hierarchies()[which].groups {
-            let either = screen_error_px(group, &instance) > error_px * 1.0001
-                || screen_displacement_px(group, &instance) > cap_px * 1.0001;
+            let either = self::error_px(group, &instance) > error_px * 1.0001
+                || displacement_px(group, &instance) > cap_px * 1.0001;
             prop_assert!(!either || group_error_px(group, &instance, &both, false) > error_px);
         }
     }
@@ -50,8 +59,8 @@ proptest! {
     fn errors_are_not_negative_and_no_less_for_refined_groups(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         for group in &hierarchies()[which].groups {
-            prop_assert!(screen_error_px(group, &instance) >= 0.0);
-            prop_assert!(screen_displacement_px(group, &instance) >= 0.0);
+            prop_assert!(error_px(group, &instance) >= 0.0);
+            prop_assert!(displacement_px(group, &instance) >= 0.0);
             let [error_px, refined_px] = [false, true].map(|was_refined| group_error_px(group, &instance, &settings, was_refined));
             let is_less = refined_px < error_px;
             prop_assert!(!is_less);
@@ -63,7 +72,7 @@ proptest! {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let sampled = with_advanced(|advanced| advanced.max_curl = max_curl);
         for group in &hierarchies()[which].groups {
-            let (bound, sample) = (screen_error_px(group, &instance), group_error_px(group, &instance, &sampled, false));
+            let (bound, sample) = (error_px(group, &instance), group_error_px(group, &instance, &sampled, false));
             prop_assert!(sample <= bound * 1.0001);
             // The ratio is √(1 + κ) to first order; spheres that graze a wide corner add a little.
             prop_assert!(bound == f32::INFINITY || sample * (1.0 + 2.0 * max_curl) >= bound, "{} {}", sample, bound);
@@ -75,7 +84,7 @@ proptest! {
         let instance = InstanceView::new(&view, &Affine3A::IDENTITY);
         let settings = LodSettings { advanced: AdvancedSettings { min_aspect_ratio, ..AdvancedSettings::default() }, ..LodSettings::guaranteed(1.0) };
         for group in &hierarchies()[which].groups {
-            let (full, relaxed) = (screen_displacement_px(group, &instance), group_error_px(group, &instance, &settings, false));
+            let (full, relaxed) = (displacement_px(group, &instance), group_error_px(group, &instance, &settings, false));
             prop_assert!(relaxed <= full);
             let center = instance.sphere_in_camera(&group.bounds).center;
             let aspect = view.camera().aspect_ratio(center);
@@ -92,7 +101,7 @@ proptest! {
         for group in &hierarchies()[which].groups {
             // A wider frustum may exclude more of the spheres behind the camera.
             let is_ahead = plain.sphere_in_camera(&group.bounds).center.z >= 0.0;
-            prop_assert!(!is_ahead || screen_error_px(group, &wide) >= screen_error_px(group, &plain));
+            prop_assert!(!is_ahead || error_px(group, &wide) >= error_px(group, &plain));
         }
     }
 
@@ -142,7 +151,7 @@ fn error_depends_on_orientation() {
     let view = look(perspective(1.0), Vec3::Z * 10.0, Vec3::ZERO);
     let error_px = |scale: Vec3, mean_normal: Vec3| {
         let instance = InstanceView::new(&view, &Affine3A::from_scale(scale));
-        screen_error_px(&group_of(mean_normal, 0.01), &instance)
+        error_px(&group_of(mean_normal, 0.01), &instance)
     };
     // The mean of max(n·s, 0) over a sphere is 1/4: 4 V + 0.4 p is 1.4.
     let closed = error_px(Vec3::ONE, Vec3::ZERO);

@@ -4,6 +4,7 @@ use fieldlod_hierarchy::{Group, Sphere};
 use glam::{Affine3A, Vec3};
 
 use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
+use crate::lanes::Eight;
 
 /// A sphere around groups, and the largest errors of the groups that have a simplification.
 #[derive(Clone, Copy, Debug, Default)]
@@ -13,6 +14,11 @@ pub(crate) struct ErrorBounds {
     pub(crate) error_weighed: f32,
     pub(crate) deviation: f32,
 }
+
+/// The numbers of [`ErrorBounds`]: sphere, error and deviation.
+pub(crate) const BOUNDS_COLUMNS: usize = 6;
+/// Eight bounds.
+pub(crate) type EightBounds = Eight<BOUNDS_COLUMNS>;
 
 impl ErrorBounds {
     /// The bounds of one group, in local space.
@@ -26,6 +32,12 @@ impl ErrorBounds {
             error_weighed: simplified(group, group.error_in_local) * most_weight.sqrt(),
             deviation: simplified(group, usable_deviation(group)),
         }
+    }
+
+    pub(crate) fn to_array(self) -> [f32; BOUNDS_COLUMNS] {
+        let [x, y, z] = self.sphere.center.to_array();
+        let (radius, error, deviation) = (self.sphere.radius, self.error_weighed, self.deviation);
+        [x, y, z, radius, error, deviation]
     }
 
     /// The bounds of all items; zero for no items.

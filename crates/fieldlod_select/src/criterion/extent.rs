@@ -1,72 +1,133 @@
 //! The place of a group's sphere in a view, and the bounds of secant and depth in its visible part. The bounds are the
-//! same as in `camera_field`, for one sphere or for eight.
+//! same as in `camera_field`.
 
-use camera_field::{Camera, Intrinsics, OrthographicIntrinsics};
+use camera_field::Camera;
+use glam::{Vec2, Vec3};
 
-use crate::lanes::{Lane, V3};
+use crate::lanes::larger;
 
 /// Rounding of a few operations, relative, as in `camera_field`'s bounds.
 pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
 
 /// The sphere of a group in camera space.
-pub(super) struct SeenSphere<L> {
-    pub(super) center: V3<L>,
-    pub(super) radius: L,
+#[derive(Clone, Copy)]
+pub(super) struct SeenSphere {
+    pub(super) center: Vec3,
+    pub(super) radius: f32,
     /// The radius for bounds: larger or smaller by the distance that a group may move.
-    pub(super) reach: L,
-    pub(super) distance_squared: L,
-    pub(super) distance: L,
+    pub(super) reach: f32,
+    pub(super) distance_squared: f32,
+    pub(super) distance: f32,
 }
 
-impl<L: Lane> SeenSphere<L> {
+impl SeenSphere {
     /// The distance of the center after a group has moved: the least distance for the largest errors, or the greatest
     /// distance for the least errors.
-    #[inline]
-    pub(super) fn reached_distance(&self) -> L {
+    #[inline(always)]
+    pub(super) fn reached_distance(&self) -> f32 {
         self.distance - (self.reach - self.radius)
+    }
+
+    /// Whether the sphere has an infinite coordinate, NaN or a negative radius.
+    #[inline(always)]
+    pub(super) fn is_unusable(&self) -> bool {
+        let Vec3 { x, y, z } = self.center;
+        let is_finite = |coordinate: f32| coordinate.abs() < f32::INFINITY;
+        !(is_finite(x) & is_finite(y) & is_finite(z) & (self.radius >= 0.0))
     }
 }
 
-/// The place of a sphere in a view; the bounds are valid if neither mask is set.
-pub(super) struct SeenExtent<L: Lane> {
-    pub(super) outside: L::Mask,
+/// The place of a sphere in a view; the bounds are valid if neither flag is set.
+#[derive(Clone, Copy)]
+pub(super) struct SeenExtent {
+    pub(super) is_outside: bool,
     /// The sphere holds the camera, or its numbers are not usable.
-    pub(super) unbounded: L::Mask,
+    pub(super) is_unbounded: bool,
     /// Greatest `1 / cos φ` in the visible part of the sphere.
-    pub(super) secant: L,
+    pub(super) secant: f32,
     /// Least depth in the visible part of the sphere.
-    pub(super) depth: L,
+    pub(super) depth: f32,
 }
 
-impl<L: Lane> SeenExtent<L> {
+impl SeenExtent {
     /// The extent of `camera_field`, for a given greatest secant of the view.
-    #[inline]
-    pub(super) fn new(seen: &SeenSphere<L>, outside: L::Mask, corner: L) -> Self {
-        let SeenSphere {
-            center,
-            reach,
-            distance_squared,
-            distance,
-            ..
-        } = *seen;
-        let gap = distance * L::splat(1.0 - ROUNDING) - reach;
+    #[inline(always)]
+    pub(super) fn new(seen: &SeenSphere, is_outside: bool, corner: f32) -> Self {
+        let (center, reach, distance) = (seen.center, seen.reach, seen.distance);
+        let gap = distance * (1.0 - ROUNDING) - reach;
         // The square of a large distance overflows to infinity.
-        let is_apart = L::zero().is_below(gap) & distance_squared.is_below(L::infinity());
+        let is_apart = (gap > 0.0) & (seen.distance_squared < f32::INFINITY);
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
         let tangent_length = (gap * (distance + reach)).sqrt();
         // cos(φ + δ) ρ², expanded.
-        let cosine =
-            (center.z * tangent_length - off_axis * reach) / distance_squared - L::splat(ROUNDING);
-        let is_narrower = L::one().is_below(cosine * corner);
-        let secant = L::choose(is_narrower, L::one() / cosine, corner);
+        let scaled_cosine = center.z * tangent_length - off_axis * reach;
+        let cosine = scaled_cosine / seen.distance_squared - ROUNDING;
+        let is_narrower = cosine * corner > 1.0;
+        let secant = if is_narrower { 1.0 / cosine } else { corner };
         // A negative reach may be longer than the distance to the axis.
-        let secant = L::choose(off_axis.is_below(-reach), L::one(), secant);
+        let secant = if off_axis < -reach { 1.0 } else { secant };
         Self {
-            outside,
-            unbounded: is_unusable(seen) | (!is_apart & !outside),
+            is_outside,
+            is_unbounded: seen.is_unusable() | (!is_apart & !is_outside),
             secant,
-            depth: (center.z - reach).larger(gap / secant),
+            depth: larger(center.z - reach, gap / secant),
         }
+    }
+}
+
+/// The image of a camera.
+#[derive(Clone, Copy)]
+pub(super) struct Lens {
+    /// Sides of the image: slopes, or lengths of an orthographic camera.
+    min: Vec2,
+    max: Vec2,
+    /// Secant of the image's widest corner.
+    pub(super) corner: f32,
+}
+
+impl Lens {
+    pub(super) fn new(camera: &Camera) -> Self {
+        let (min, max) = match camera {
+            Camera::Perspective(camera) => (camera.slope_min, camera.slope_max),
+            Camera::Orthographic(camera) => (camera.min, camera.max),
+        };
+        let corner = corner_secant(camera);
+        Self { min, max, corner }
+    }
+
+    /// Whether a sphere does not touch the field of view, as in `camera_field`.
+    #[inline(always)]
+    pub(super) fn is_outside(&self, is_perspective: bool, seen: &SeenSphere) -> bool {
+        let is_beyond = if is_perspective {
+            self.is_beyond_slopes(seen)
+        } else {
+            self.is_beyond_edges(seen)
+        };
+        is_beyond & !seen.is_unusable()
+    }
+
+    #[inline(always)]
+    fn is_beyond_slopes(&self, &SeenSphere { center, reach, .. }: &SeenSphere) -> bool {
+        // Squares in place of a plane's unit normal save a root.
+        let beyond = |across: f32, slope: f32| {
+            let edge = slope * center.z;
+            let inside_by = across - edge + ROUNDING * (across.abs() + edge.abs());
+            let allowed = reach * reach * (1.0 + slope * slope);
+            (inside_by < 0.0) & (allowed < inside_by * inside_by)
+        };
+        (center.z < -reach)
+            | beyond(center.x, self.min.x)
+            | beyond(-center.x, -self.max.x)
+            | beyond(center.y, self.min.y)
+            | beyond(-center.y, -self.max.y)
+    }
+
+    #[inline(always)]
+    fn is_beyond_edges(&self, &SeenSphere { center, reach, .. }: &SeenSphere) -> bool {
+        (center.x + reach < self.min.x)
+            | (self.max.x < center.x - reach)
+            | (center.y + reach < self.min.y)
+            | (self.max.y < center.y - reach)
     }
 }
 
@@ -76,50 +137,4 @@ pub(crate) fn corner_secant(camera: &Camera) -> f32 {
         Camera::Perspective(camera) => camera.max_secant(),
         Camera::Orthographic(_) => 1.0,
     }
-}
-
-/// Whether a sphere has an infinite coordinate, NaN or a negative radius.
-#[inline]
-pub(super) fn is_unusable<L: Lane>(seen: &SeenSphere<L>) -> L::Mask {
-    let V3 { x, y, z } = seen.center;
-    let is_finite = |coordinate: L| coordinate.abs().is_below(L::infinity());
-    !(is_finite(x) & is_finite(y) & is_finite(z) & L::zero().is_at_most(seen.radius))
-}
-
-/// Whether a sphere does not touch the field of view, as in `camera_field`.
-#[inline]
-pub(super) fn outside<L: Lane>(camera: &Camera, seen: &SeenSphere<L>) -> L::Mask {
-    let beyond = match camera {
-        Camera::Perspective(camera) => beyond_slopes(camera, seen),
-        Camera::Orthographic(camera) => beyond_edges(camera, seen),
-    };
-    beyond & !is_unusable(seen)
-}
-
-#[inline]
-fn beyond_slopes<L: Lane>(camera: &Intrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, reach, .. } = *seen;
-    let (min, max) = (camera.slope_min, camera.slope_max);
-    // Squares in place of a plane's unit normal save a root.
-    let beyond = |across: L, slope: f32| {
-        let edge = L::splat(slope) * center.z;
-        let inside_by = across - edge + L::splat(ROUNDING) * (across.abs() + edge.abs());
-        let allowed = reach * reach * L::splat(1.0 + slope * slope);
-        inside_by.is_below(L::zero()) & allowed.is_below(inside_by * inside_by)
-    };
-    center.z.is_below(-reach)
-        | beyond(center.x, min.x)
-        | beyond(-center.x, -max.x)
-        | beyond(center.y, min.y)
-        | beyond(-center.y, -max.y)
-}
-
-#[inline]
-fn beyond_edges<L: Lane>(camera: &OrthographicIntrinsics, seen: &SeenSphere<L>) -> L::Mask {
-    let SeenSphere { center, reach, .. } = *seen;
-    let (min, max) = (camera.min, camera.max);
-    (center.x + reach).is_below(L::splat(min.x))
-        | L::splat(max.x).is_below(center.x - reach)
-        | (center.y + reach).is_below(L::splat(min.y))
-        | L::splat(max.y).is_below(center.y - reach)
 }

@@ -16,7 +16,7 @@ use super::{
     normal_variance, px_per_unit, silhouette_weight, silhouette_width, usable_deviation,
     visible_weight,
 };
-use crate::lanes::Lane;
+use crate::lanes::larger;
 use crate::settings::LodSettings;
 
 /// Limits of allowed errors within which an instance keeps its level, in local or world units.
@@ -73,11 +73,11 @@ struct LevelError {
 
 /// Allowed errors in the world, of groups that were not refined and of groups that were refined.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Allowed<L> {
+pub(crate) struct Allowed {
     /// A group with at most this error is certainly not refined.
-    pub(crate) coarse: [L; 2],
+    pub(crate) coarse: [f32; 2],
     /// A group with a larger error is certainly refined.
-    pub(crate) fine: [L; 2],
+    pub(crate) fine: [f32; 2],
 }
 
 /// Weights of errors and deviations in one unit.
@@ -162,14 +162,14 @@ impl LevelErrors {
         &self,
         units: &ErrorUnits,
         was: usize,
-        allowed: &Allowed<f32>,
+        allowed: &Allowed,
         [[least_scale, most_scale], weight]: [[f32; 2]; 2],
     ) -> Option<usize> {
-        let weight = weight.map(|weight| weight * units.error);
+        let weight = [weight[0] * units.error, weight[1] * units.error];
         for (level, errors) in self.0[..self.coarsest()].iter().enumerate() {
             let was_refined = usize::from(level >= was);
             let deviation = errors.deviation * units.deviation;
-            let shown = |error: f32| (error * weight[was_refined]).larger(deviation);
+            let shown = |error: f32| larger(error * weight[was_refined], deviation);
             // NaN is not certain.
             let fits = shown(errors.most) * most_scale <= allowed.coarse[was_refined];
             if !fits {

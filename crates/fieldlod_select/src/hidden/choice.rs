@@ -2,14 +2,13 @@
 //! small instances by points.
 
 use glam::{Affine3A, Mat3, Vec3};
-use wide::f32x8;
 
 use super::ImagePlane;
 use super::occluder::{OccluderPart, parts_in_view};
 use super::surface_samples::MESH_SAMPLES;
 use crate::lanes::bits::LANES;
-use crate::lanes::{Lane, M3, V3};
-use crate::scene::columns::EightSpheres;
+use crate::lanes::{Eight, larger, smaller, with_avx2};
+use crate::scene::columns::sphere_at;
 use crate::scene::table::GroupTable;
 use crate::scene::{MeshId, Scene};
 use crate::view::View;
@@ -56,7 +55,7 @@ pub(crate) struct Candidate {
 pub(crate) enum DrawnBy<'a> {
     /// The parts of a level, and the number of their triangles in view.
     Level(&'a [OccluderPart], u32),
-    Points(&'a [V3<f32x8>]),
+    Points(&'a [Eight<3>]),
 }
 
 /// Placement of an instance in camera space: linear part and origin.
@@ -109,47 +108,52 @@ pub(crate) fn list_candidates(
     let sides = LensSides::of(&view.image_camera);
     let columns = &scene.columns;
     let elements = columns.spheres.iter().zip(&columns.occluder_radii);
-    for (element, (spheres, radii)) in elements.enumerate() {
-        let areas = areas(view, &sides, plane, spheres, f32x8::new(*radii)).to_array();
-        for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
-            let occupant = columns.occupants[element * LANES + lane];
-            let seen = occupant.seen_mesh(view.layers);
-            candidates.extend(seen.map(|mesh| Candidate {
-                instance: occupant.id.index,
-                mesh,
-                area,
-            }));
-        }
-    }
+    with_avx2(
+        #[inline(always)]
+        || {
+            for (element, (spheres, radii)) in elements.enumerate() {
+                let mut areas = [0.0; LANES];
+                for (lane, area) in areas.iter_mut().enumerate() {
+                    *area = area_of(view, &sides, plane, sphere_at(spheres, lane), radii[lane]);
+                }
+                for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
+                    let occupant = columns.occupants[element * LANES + lane];
+                    let seen = occupant.seen_mesh(view.layers);
+                    candidates.extend(seen.map(|mesh| Candidate {
+                        instance: occupant.id.index,
+                        mesh,
+                        area,
+                    }));
+                }
+            }
+        },
+    );
     candidates.sort_unstable_by(|a, b| {
         let by_area = b.area.total_cmp(&a.area);
         by_area.then(a.instance.cmp(&b.instance))
     });
 }
 
-/// Approximate areas in texels of eight occluders; 0 outside the view and for small occluders.
+/// Approximate area in texels of an occluder; 0 outside the view and for small occluders.
 #[inline(always)]
-fn areas(
+fn area_of(
     view: &View,
     sides: &LensSides,
     plane: &ImagePlane,
-    spheres: &EightSpheres,
-    occluder_radius: f32x8,
-) -> f32x8 {
-    let (zero, radius) = (f32x8::zero(), spheres.radius());
-    let from_eye = spheres.center().minus(V3::splat(view.eye_in_world));
-    let seen = M3::splat(&view.camera_from_world).of(from_eye);
-    let beyond = (sides.least_inside(seen) + radius).is_below(zero);
-    let scale_squared = f32x8::splat(plane.scale.x * plane.scale.y);
-    let mut texels_squared = occluder_radius * occluder_radius * scale_squared;
+    (center, radius): (Vec3, f32),
+    occluder_radius: f32,
+) -> f32 {
+    let from_eye = center - view.eye_in_world;
+    let is_beyond = sides.least_inside(view.camera_from_world * from_eye) + radius < 0.0;
+    let mut texels_squared = occluder_radius * occluder_radius * (plane.scale.x * plane.scale.y);
     if plane.is_perspective {
         let gap = from_eye.dot(from_eye).sqrt() - radius;
-        let nearest = gap.larger(zero) + occluder_radius;
+        let nearest = larger(gap, 0.0) + occluder_radius;
         texels_squared /= nearest * nearest;
     }
-    let is_large = f32x8::splat(LEAST_RADIUS * LEAST_RADIUS).is_at_most(texels_squared);
-    let area = texels_squared * f32x8::splat(std::f32::consts::PI);
-    let area = area.smaller(f32x8::splat((plane.width * plane.height) as f32));
-    let counts = is_large & !beyond & zero.is_below(occluder_radius);
-    f32x8::choose(counts, area, zero)
+    let is_large = texels_squared >= LEAST_RADIUS * LEAST_RADIUS;
+    let counts = is_large & !is_beyond & (occluder_radius > 0.0);
+    let area = texels_squared * std::f32::consts::PI;
+    let area = smaller(area, (plane.width * plane.height) as f32);
+    if counts { area } else { 0.0 }
 }

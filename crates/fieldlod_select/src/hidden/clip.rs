@@ -7,7 +7,6 @@
 use glam::{DVec3, Vec3};
 
 use super::image_plane::ImagePlane;
-use crate::lanes::V3;
 
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -21,11 +20,11 @@ pub(crate) struct Corner {
 impl Corner {
     #[inline(always)]
     pub(crate) fn new(plane: &ImagePlane, in_camera: Vec3) -> Self {
-        let at = plane.project(V3::splat(in_camera));
+        let in_image = plane.project(in_camera);
         Self {
             in_camera,
-            in_image: Vec3::new(at.x, at.y, at.z),
-            is_in_guard_band: plane.is_in_guard_band(at, in_camera.z),
+            in_image,
+            is_in_guard_band: plane.is_in_guard_band(in_image, in_camera.z),
         }
     }
 }

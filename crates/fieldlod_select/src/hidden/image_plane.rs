@@ -4,13 +4,10 @@ use std::ops::Range;
 
 use camera_field::Camera;
 use fieldlod_hierarchy::Aabb;
-#[cfg(test)]
-use glam::DVec2;
-use glam::{DVec3, Vec2, Vec3};
-use wide::f32x8;
+use glam::{DVec3, Mat3, Vec2, Vec3};
 
+use crate::lanes::Eight;
 use crate::lanes::bits::LANES;
-use crate::lanes::{Lane, V3};
 
 /// Texels along the longer side of the image. A larger image takes longer to draw than the millisecond of this one; in
 /// a smaller one, small instances have too few texels.
@@ -35,6 +32,19 @@ pub(crate) struct ImagePlane {
     pub(crate) scale: Vec2,
     /// Position of the optical axis.
     offset: Vec2,
+}
+
+/// Eight points in an image.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PlacedPoints {
+    pub(crate) depth: [f32; LANES],
+    pub(crate) nearness: [f32; LANES],
+    /// The texels of points in the image; 0 for the others.
+    pub(crate) texel: [u32; LANES],
+    /// 1 for each point in the image.
+    pub(crate) has_place: [u8; LANES],
+    /// 1 for each point without NaN and infinities.
+    pub(crate) is_finite: [u8; LANES],
 }
 
 /// Texels around a sphere in the image, and its greatest nearness.
@@ -73,40 +83,51 @@ impl ImagePlane {
 
     /// Texel coordinates and nearness of points before the camera.
     #[inline(always)]
-    pub(crate) fn project<L: Lane>(&self, point: V3<L>) -> V3<L> {
-        let z = self.nearness(point.z);
-        let factor = if self.is_perspective { z } else { L::one() };
-        V3 {
-            x: point.x * factor * L::splat(self.scale.x) + L::splat(self.offset.x),
-            y: point.y * factor * L::splat(self.scale.y) + L::splat(self.offset.y),
-            z,
-        }
+    pub(crate) fn project(&self, point: Vec3) -> Vec3 {
+        let nearness = self.nearness(point.z);
+        let factor = if self.is_perspective { nearness } else { 1.0 };
+        (point.truncate() * factor * self.scale + self.offset).extend(nearness)
     }
 
     /// The nearness at a depth.
     #[inline(always)]
-    pub(crate) fn nearness<L: Lane>(&self, depth: L) -> L {
+    pub(crate) fn nearness(&self, depth: f32) -> f32 {
         if self.is_perspective {
-            L::one() / depth
+            1.0 / depth
         } else {
             -depth
         }
     }
 
-    /// Which projected points are in the image.
+    /// Whether a projected point is in the image.
     #[inline(always)]
-    pub(crate) fn has_place<L: Lane>(&self, at: V3<L>, depth: L) -> L::Mask {
-        let within =
-            |at: L, count: usize| L::zero().is_at_most(at) & at.is_below(L::splat(count as f32));
-        within(at.x, self.width)
-            & within(at.y, self.height)
-            & L::splat(NEAREST).is_at_most(depth)
-            & depth.is_below(L::infinity())
+    pub(crate) fn has_place(&self, at: Vec3, depth: f32) -> bool {
+        let within = |at: f32, count: usize| (0.0..count as f32).contains(&at);
+        let is_before = (NEAREST..f32::INFINITY).contains(&depth);
+        within(at.x, self.width) & within(at.y, self.height) & is_before
+    }
+
+    /// Places eight points of an instance in the image.
+    #[inline(always)]
+    pub(crate) fn place(&self, points: &Eight<3>, linear: &Mat3, origin: Vec3) -> PlacedPoints {
+        let mut placed = PlacedPoints::default();
+        for lane in 0..LANES {
+            let point = *linear * Vec3::from(points.at(lane)) + origin;
+            let at = self.project(point);
+            let has_place = self.has_place(at, point.z);
+            let (x, y) = if has_place { (at.x, at.y) } else { (0.0, 0.0) };
+            placed.depth[lane] = point.z;
+            placed.nearness[lane] = at.z;
+            placed.texel[lane] = rounded_down(y) * self.width as u32 + rounded_down(x);
+            placed.has_place[lane] = u8::from(has_place);
+            placed.is_finite[lane] = u8::from(point.dot(point) < f32::INFINITY);
+        }
+        placed
     }
 
     /// Whether a projected point is before the camera, and in the image or the guard band around it.
     #[inline(always)]
-    pub(crate) fn is_in_guard_band(&self, at: V3<f32>, depth: f32) -> bool {
+    pub(crate) fn is_in_guard_band(&self, at: Vec3, depth: f32) -> bool {
         let within =
             |at: f32, count: usize| (-GUARD_BAND..=count as f32 + GUARD_BAND).contains(&at);
         within(at.x, self.width) & within(at.y, self.height) & (depth >= NEAREST)
@@ -149,13 +170,6 @@ impl ImagePlane {
             .as_vec3()
     }
 
-    /// A point of camera space at the depth 1 that a perspective view sees at texel coordinates.
-    #[cfg(test)]
-    pub(crate) fn ray(&self, x: f64, y: f64) -> DVec3 {
-        let at = DVec2::new(x, y) - self.offset.as_dvec2();
-        (at / self.scale.as_dvec2()).extend(1.0)
-    }
-
     fn divisor(&self, point: DVec3) -> f64 {
         if self.is_perspective { point.z } else { 1.0 }
     }
@@ -167,7 +181,7 @@ impl ImagePlane {
             return None;
         }
         // A bound of the distance in the image from its centre.
-        let at = self.project(V3::splat(center));
+        let at = self.project(center);
         let side = |at: f32, slope: f32, scale: f32, count: usize| {
             let reach = if self.is_perspective {
                 radius * (1.0 + slope.abs()) / depth
@@ -197,15 +211,6 @@ impl ImagePlane {
         }
     }
 
-    /// The texels of points in the image; 0 for the others.
-    #[inline(always)]
-    pub(crate) fn texels_at(&self, at: V3<f32x8>, has_place: f32x8) -> [i32; LANES] {
-        // Whole numbers up to the count of texels are exact.
-        let whole = |at: f32x8| (at & has_place).fast_trunc_int().round_float();
-        let texel = whole(at.y) * f32x8::splat(self.width as f32) + whole(at.x);
-        texel.fast_trunc_int().to_array()
-    }
-
     /// Whether a box of camera space is certainly outside the image.
     pub(crate) fn is_beyond(&self, Aabb { min, max }: &Aabb) -> bool {
         if max.z < NEAREST {
@@ -226,4 +231,15 @@ impl ImagePlane {
         let [near, far] = at(max).map(|at| at.cmplt(Vec2::ZERO));
         (is_right_or_below | near & far).any()
     }
+}
+
+/// A position in the image as a whole number. The compiler does not turn a saturating cast into vector instructions.
+#[inline(always)]
+fn rounded_down(at: f32) -> u32 {
+    // From here on, numbers are whole, and their bits end with the number.
+    const WHOLE: f32 = 8_388_608.0;
+    let nearest = at + WHOLE;
+    let below = nearest - 1.0;
+    let down = if nearest - WHOLE > at { below } else { nearest };
+    down.to_bits() - WHOLE.to_bits()
 }

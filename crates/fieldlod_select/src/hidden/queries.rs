@@ -1,12 +1,12 @@
 //! Visible shares of instances and groups by a depth image. Points outside the image count as hidden.
 
-use wide::f32x8;
+use glam::{Mat3, Vec3};
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
 use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
-use crate::lanes::bits::LANES;
-use crate::lanes::{Lane, M3, V3, bits_of};
+use crate::lanes::bits::{LANES, lane_bits};
+use crate::lanes::{Eight, with_avx2};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, Scene};
 use crate::view::stretch::largest_stretch;
@@ -25,8 +25,8 @@ const SAME_DEPTH: f32 = 1e-3;
 
 /// The points of one instance, as the depth image tests them.
 struct Query {
-    linear: M3<f32x8>,
-    origin: V3<f32x8>,
+    linear: Mat3,
+    origin: Vec3,
     instance: u32,
 }
 
@@ -69,7 +69,11 @@ impl OcclusionBuffer {
             INSTANCE_SAMPLES
         };
         let query = self.query(id, instance);
-        Some(self.share(table.samples.of_mesh(count), &query, None))
+        let samples = table.samples.of_mesh(count);
+        Some(with_avx2(
+            #[inline(always)]
+            || self.share(samples, &query, None),
+        ))
     }
 
     /// [`Self::share_of_all`]; if it is `None`, `groups` gets the visible shares of the groups.
@@ -83,14 +87,18 @@ impl OcclusionBuffer {
         let of_all = self.share_of_all(table, id, instance);
         if of_all.is_none() {
             let query = self.query(id, instance);
-            let (linear, _) = camera_from_local(&self.view, &instance.world_from_local);
-            let stretch = largest_stretch(&linear);
+            let stretch = largest_stretch(&query.linear);
             groups.clear();
-            groups.extend((0..table.group_count).map(|group| {
-                let (block, lane) = (group / LANES, group % LANES);
-                let radius = table.groups.radius[block].to_array()[lane] * stretch;
-                self.share(table.samples.of_group(group), &query, Some(radius))
-            }));
+            with_avx2(
+                #[inline(always)]
+                || {
+                    for group in 0..table.group_count {
+                        let [_, _, _, radius, ..] = table.groups[group / LANES].at(group % LANES);
+                        let samples = table.samples.of_group(group);
+                        groups.push(self.share(samples, &query, Some(radius * stretch)));
+                    }
+                },
+            );
         }
         of_all
     }
@@ -98,8 +106,8 @@ impl OcclusionBuffer {
     fn query(&self, id: InstanceId, instance: &Instance) -> Query {
         let (linear, origin) = camera_from_local(&self.view, &instance.world_from_local);
         Query {
-            linear: M3::splat(&linear),
-            origin: V3::splat(origin),
+            linear,
+            origin,
             instance: id.index,
         }
     }
@@ -107,26 +115,35 @@ impl OcclusionBuffer {
     /// The share of points that are visible; full without points. Texels of the same instance hide only points that are
     /// farther by more than a `thickness`; without a `thickness`, they hide no points.
     #[inline(always)]
-    fn share(&self, samples: &[V3<f32x8>], query: &Query, thickness: Option<f32>) -> u8 {
+    fn share(&self, samples: &[Eight<3>], query: &Query, thickness: Option<f32>) -> u8 {
+        let plane = self.plane;
         let (mut count, mut visible) = (0, 0);
         for sample in samples {
-            let point = query.linear.of(*sample).plus(query.origin);
-            let at = self.plane.project(point);
-            let has_place = self.plane.has_place(at, point.z);
-            count += bits_of(point.dot(point).is_below(f32x8::infinity())).count_ones();
-            let texels = self.plane.texels_at(at, has_place);
-            let of_texels = |image: &[f32]| f32x8::new(texels.map(|texel| image[texel as usize]));
-            let nearness = at.z + at.z.abs() * f32x8::splat(SAME_DEPTH);
-            let before_others = bits_of(of_texels(&self.texels.nearness).is_at_most(nearness));
-            let before_own = thickness.map_or(0xff, |thickness| {
-                let front = point.z - f32x8::splat(thickness);
-                let shrunk = of_texels(&self.shrunk).is_at_most(self.plane.nearness(front));
-                bits_of(front.is_below(f32x8::zero()) | shrunk)
-            });
-            let is_own = |texel: i32| self.texels.owners[texel as usize] == query.instance;
-            let own = (0..LANES).fold(0, |own, lane| own | u32::from(is_own(texels[lane])) << lane);
-            let is_visible = own & before_own | !own & before_others;
-            visible += (is_visible & bits_of(has_place)).count_ones();
+            let placed = plane.place(sample, &query.linear, query.origin);
+            let mut is_own = [0; LANES];
+            let [mut others, mut shrunk] = [[0.0; LANES]; 2];
+            for lane in 0..LANES {
+                let texel = placed.texel[lane] as usize;
+                is_own[lane] = u8::from(self.texels.owners[texel] == query.instance);
+                others[lane] = self.texels.nearness[texel];
+                if thickness.is_some() {
+                    shrunk[lane] = self.shrunk[texel];
+                }
+            }
+            let mut is_visible = [0; LANES];
+            for lane in 0..LANES {
+                let (depth, nearness) = (placed.depth[lane], placed.nearness[lane]);
+                let before_own = thickness.is_none_or(|thickness| {
+                    let front = depth - thickness;
+                    (front < 0.0) | (shrunk[lane] <= plane.nearness(front))
+                });
+                let before_others = others[lane] <= nearness + nearness.abs() * SAME_DEPTH;
+                let is_own = is_own[lane] != 0;
+                let is_in_front = if is_own { before_own } else { before_others };
+                is_visible[lane] = placed.has_place[lane] & u8::from(is_in_front);
+            }
+            count += lane_bits(&placed.is_finite).count_ones();
+            visible += lane_bits(&is_visible).count_ones();
         }
         match count {
             0 => FULL_SHARE,

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::lanes::Lane;
+use crate::lanes::{larger, smaller};
 
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]
@@ -51,7 +51,7 @@ impl RowEnd {
 
 impl ScreenTriangle {
     /// `None` for back faces and triangles without area or with NaN. Corners have texel coordinates and nearness.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new([a, b, c]: [Vec3; 3]) -> Option<Self> {
         // Seen from outside the corners run counter-clockwise, which is negative with y down.
         let (ab, ac) = (b - a, c - a);
@@ -72,29 +72,29 @@ impl ScreenTriangle {
 
     /// Whether the triangle covers a point.
     #[cfg(test)]
-    pub(crate) fn covers<L: Lane>(&self, x: L, y: L) -> L::Mask {
+    pub(crate) fn covers(&self, x: f32, y: f32) -> bool {
         let [left, right] = self.span(y);
-        left.is_at_most(x) & x.is_at_most(right)
+        left <= x && x <= right
     }
 
     /// The triangle's range in the row with centers at `y`; empty if they do not meet.
     #[inline(always)]
-    pub(crate) fn span<L: Lane>(&self, y: L) -> [L; 2] {
-        let (mut left, mut right) = (L::splat(self.min[0]), L::splat(self.max[0]));
+    pub(crate) fn span(&self, y: f32) -> [f32; 2] {
+        let (mut left, mut right) = (self.min[0], self.max[0]);
         for end in &self.ends {
-            let along = L::splat(end.slope) * y;
-            left = left.larger(along + L::splat(end.left_offset));
-            right = right.smaller(along + L::splat(end.right_offset));
+            let along = end.slope * y;
+            left = larger(left, along + end.left_offset);
+            right = smaller(right, along + end.right_offset);
         }
-        let is_met = L::splat(self.min[1]).is_at_most(y) & y.is_at_most(L::splat(self.max[1]));
-        [left, L::choose(is_met, right, -L::infinity())]
+        let is_met = (self.min[1] <= y) & (y <= self.max[1]);
+        [left, if is_met { right } else { f32::NEG_INFINITY }]
     }
 
     /// The nearness at a point, at most that of the nearest corner: the plane of a sliver may round to more.
     #[inline(always)]
-    pub(crate) fn nearness<L: Lane>(&self, x: L, y: L) -> L {
-        let [a, b, c] = self.nearness.map(L::splat);
-        (a * x + b * y + c).smaller(L::splat(self.nearest))
+    pub(crate) fn nearness(&self, x: f32, y: f32) -> f32 {
+        let [a, b, c] = self.nearness;
+        smaller(a * x + b * y + c, self.nearest)
     }
 
     /// The rows with centres in the triangle's bounds.

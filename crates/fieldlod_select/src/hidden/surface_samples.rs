@@ -4,9 +4,8 @@
 
 use fieldlod_hierarchy::{Hierarchy, Unit};
 use glam::Vec3;
-use wide::f32x8;
 
-use crate::lanes::V3;
+use crate::lanes::Eight;
 use crate::lanes::bits::LANES;
 
 /// Points of a mesh and of a group. Points of a mesh draw occluders of up to 4,096 texels; points of a group are one
@@ -17,9 +16,9 @@ pub(crate) const GROUP_SAMPLES: usize = 8;
 /// Points of a mesh, eight to an element.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceSamples {
-    mesh: Vec<V3<f32x8>>,
+    mesh: Vec<Eight<3>>,
     /// One element for each group.
-    groups: Vec<V3<f32x8>>,
+    groups: Vec<Eight<3>>,
 }
 
 impl SurfaceSamples {
@@ -36,7 +35,10 @@ impl SurfaceSamples {
             let units: Vec<&Unit> = hierarchy.units[group.units()].iter().collect();
             // One element, of NaN where there is no area.
             let samples = in_lanes(&samples_of(hierarchy, &units, GROUP_SAMPLES as u32));
-            samples.first().copied().unwrap_or(V3::splat(Vec3::NAN))
+            samples
+                .first()
+                .copied()
+                .unwrap_or(Eight::splat([f32::NAN; 3]))
         });
         Self {
             groups: groups.collect(),
@@ -45,11 +47,11 @@ impl SurfaceSamples {
     }
 
     /// The first `count` points of the mesh, up to a full element.
-    pub(crate) fn of_mesh(&self, count: usize) -> &[V3<f32x8>] {
+    pub(crate) fn of_mesh(&self, count: usize) -> &[Eight<3>] {
         &self.mesh[..count.div_ceil(LANES).min(self.mesh.len())]
     }
 
-    pub(crate) fn of_group(&self, group: usize) -> &[V3<f32x8>] {
+    pub(crate) fn of_group(&self, group: usize) -> &[Eight<3>] {
         self.groups.get(group..=group).unwrap_or(&[])
     }
 }
@@ -101,8 +103,6 @@ fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
     *a + (*b - *a) * u + (*c - *a) * v
 }
 
-fn in_lanes(points: &[Vec3]) -> Vec<V3<f32x8>> {
-    let (elements, _) = points.as_chunks::<LANES>();
-    let element = |points: &[Vec3; LANES]| V3::from_lanes(|lane| points[lane]);
-    elements.iter().map(element).collect()
+fn in_lanes(points: &[Vec3]) -> Vec<Eight<3>> {
+    Eight::list(points.iter().map(Vec3::to_array), points.len() / LANES)
 }

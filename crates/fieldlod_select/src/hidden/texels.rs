@@ -1,11 +1,8 @@
 //! The texels of a depth image.
 
 use glam::Vec3;
-use wide::f32x8;
 
-use super::CENTRES;
 use super::screen_triangle::{ScreenTriangle, is_between_centres};
-use crate::lanes::Lane;
 use crate::lanes::bits::LANES;
 
 /// Owner of an empty texel.
@@ -48,7 +45,7 @@ impl Texels {
     }
 
     /// Draws a triangle. Its corners have texel coordinates and nearness, as in [`ScreenTriangle::new`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn draw(&mut self, corners: [Vec3; 3], owner: u32) {
         if !is_between_centres(corners, self.width, self.height)
             && let Some(triangle) = ScreenTriangle::new(corners)
@@ -57,12 +54,15 @@ impl Texels {
         }
     }
 
+    #[inline(always)]
     fn fill(&mut self, triangle: &ScreenTriangle, owner: u32) {
         // Eight rows at once.
         let mut rows = triangle.rows(self.height);
         while !rows.is_empty() {
-            let [left, right] = triangle.span(f32x8::splat(rows.start as f32) + CENTRES);
-            let [left, right] = [left.to_array(), right.to_array()];
+            let [mut left, mut right] = [[0.0; LANES]; 2];
+            for lane in 0..LANES {
+                [left[lane], right[lane]] = triangle.span(centre(rows.start, lane));
+            }
             for (lane, row) in rows.clone().take(LANES).enumerate() {
                 self.fill_row(triangle, row, [left[lane], right[lane]], owner);
             }
@@ -81,18 +81,22 @@ impl Texels {
         let (owners, _) = self.owners[texels].as_chunks_mut::<LANES>();
         // Casts saturate.
         let end = (right as usize / LANES + 1).min(nearness.len());
-        let y = f32x8::splat(row as f32 + 0.5);
+        let y = row as f32 + 0.5;
         for chunk in left as usize / LANES..end {
-            let x = f32x8::splat((chunk * LANES) as f32) + CENTRES;
-            let covered = f32x8::splat(left).is_at_most(x) & x.is_at_most(f32x8::splat(right));
-            let (before, now) = (f32x8::new(nearness[chunk]), triangle.nearness(x, y));
-            let is_nearer = covered & before.is_below(now);
-            nearness[chunk] = f32x8::choose(is_nearer, now, before).to_array();
-            // A lane of the mask has all bits set or none.
-            let masks = is_nearer.to_array().map(f32::to_bits);
-            for (shown, mask) in owners[chunk].iter_mut().zip(masks) {
-                *shown = *shown & !mask | owner & mask;
+            let (nearness, owners) = (&mut nearness[chunk], &mut owners[chunk]);
+            for lane in 0..LANES {
+                let x = centre(chunk * LANES, lane);
+                let (before, now) = (nearness[lane], triangle.nearness(x, y));
+                let is_nearer = (left <= x) & (x <= right) & (before < now);
+                nearness[lane] = if is_nearer { now } else { before };
+                owners[lane] = if is_nearer { owner } else { owners[lane] };
             }
         }
     }
+}
+
+/// The centre of a texel, `lane` texels after the `first`.
+#[inline(always)]
+fn centre(first: usize, lane: usize) -> f32 {
+    first as f32 + (lane as f32 + 0.5)
 }

@@ -1,6 +1,6 @@
 //! One bit for each group, 64 to a word.
 
-/// Groups in a register.
+/// Groups, points or instances in a loop over lanes.
 pub(crate) const LANES: usize = 8;
 /// Groups in a chunk: the bits of one word.
 pub(crate) const CHUNK: usize = 64;
@@ -33,4 +33,10 @@ pub(crate) fn is_set(words: &[u64], bit: usize) -> bool {
 #[inline]
 pub(crate) fn block_bits(word: u64, index: usize) -> u32 {
     (word >> (index * LANES)) as u32 & 0xff
+}
+
+/// One bit for each lane that is 1.
+#[inline(always)]
+pub(crate) fn lane_bits(lanes: &[u8; LANES]) -> u32 {
+    (0..LANES).fold(0, |bits, lane| bits | u32::from(lanes[lane]) << lane)
 }

@@ -5,62 +5,29 @@ use std::collections::BTreeSet;
 
 use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
-use wide::f32x8;
 
 use super::{InstanceId, MeshId};
 use crate::criterion::error_bounds::sphere_around;
-use crate::lanes::V3;
+use crate::lanes::Eight;
 use crate::lanes::bits::{CHUNK, LANES};
 
-/// Eight spheres in world space.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct EightSpheres {
-    pub(crate) center: [[f32; LANES]; 3],
-    pub(crate) radius: [f32; LANES],
+/// Centers and radii of eight spheres.
+pub(crate) type EightSpheres = Eight<4>;
+
+/// Center and radius of one of eight spheres.
+#[inline(always)]
+pub(crate) fn sphere_at(spheres: &EightSpheres, lane: usize) -> (Vec3, f32) {
+    let [x, y, z, radius] = spheres.at(lane);
+    (Vec3::new(x, y, z), radius)
 }
 
-impl EightSpheres {
-    /// Spheres of eight free slots, outside of every view.
-    const NOTHING: Self = Self {
-        center: [[0.0; LANES]; 3],
-        radius: [NOTHING.radius; LANES],
-    };
-
-    fn set(&mut self, lane: usize, sphere: &Sphere) {
-        for (axis, column) in self.center.iter_mut().enumerate() {
-            column[lane] = sphere.center[axis];
-        }
-        self.radius[lane] = sphere.radius;
-    }
-
-    fn get(&self, lane: usize) -> Sphere {
-        Sphere {
-            center: Vec3::from(self.center.map(|column| column[lane])),
-            radius: self.radius[lane],
-        }
-    }
-
-    #[inline]
-    pub(crate) fn center(&self) -> V3<f32x8> {
-        let [x, y, z] = self.center.map(f32x8::new);
-        V3 { x, y, z }
-    }
-
-    #[inline(always)]
-    pub(crate) fn center_at(&self, lane: usize) -> V3<f32> {
-        let [x, y, z] = &self.center;
-        V3 {
-            x: x[lane],
-            y: y[lane],
-            z: z[lane],
-        }
-    }
-
-    #[inline]
-    pub(crate) fn radius(&self) -> f32x8 {
-        f32x8::new(self.radius)
-    }
+fn set_sphere(spheres: &mut [EightSpheres], index: usize, sphere: &Sphere) {
+    let [x, y, z] = sphere.center.to_array();
+    spheres[index / LANES].set(index % LANES, [x, y, z, sphere.radius]);
 }
+
+/// Eight spheres outside of every view.
+const EIGHT_NOTHING: EightSpheres = Eight::splat([0.0, 0.0, 0.0, NOTHING.radius]);
 
 /// The sphere of a free slot.
 const NOTHING: Sphere = Sphere {
@@ -116,7 +83,7 @@ impl Columns {
             self.occupants.push(Occupant::NONE);
             self.error_scales.push([0.0; 2]);
             let elements = slot / LANES + 1;
-            self.spheres.resize(elements, EightSpheres::NOTHING);
+            self.spheres.resize(elements, EIGHT_NOTHING);
             self.occluder_radii.resize(elements, [0.0; LANES]);
             slot as u32
         })
@@ -140,7 +107,7 @@ impl Columns {
         let (element, lane) = (slot / LANES, slot % LANES);
         self.occupants[slot] = occupant;
         self.error_scales[slot] = error_scale;
-        self.spheres[element].set(lane, sphere);
+        set_sphere(&mut self.spheres, slot, sphere);
         self.occluder_radii[element][lane] = occluder_radius;
         let chunk = (slot / CHUNK) as u32;
         if self.dirty.last() != Some(&chunk) {
@@ -151,18 +118,18 @@ impl Columns {
     /// Updates the spheres around chunks.
     pub(crate) fn refit(&mut self) {
         let count = self.spheres.len().div_ceil(CHUNK / LANES);
-        self.chunks
-            .resize(count.div_ceil(LANES), EightSpheres::NOTHING);
+        self.chunks.resize(count.div_ceil(LANES), EIGHT_NOTHING);
         self.dirty.sort_unstable();
         self.dirty.dedup();
         for &chunk in &self.dirty {
             let chunk = chunk as usize;
             let first = chunk * (CHUNK / LANES);
             let members = self.spheres[first..].iter().take(CHUNK / LANES);
-            let members = members.flat_map(|eight| (0..LANES).map(|lane| eight.get(lane)));
-            let present = members.filter(|sphere| sphere.radius > f32::NEG_INFINITY);
+            let members = members.flat_map(|eight| (0..LANES).map(|lane| sphere_at(eight, lane)));
+            let present = members.filter(|(_, radius)| *radius > f32::NEG_INFINITY);
+            let present = present.map(|(center, radius)| Sphere { center, radius });
             let around = sphere_around(present).unwrap_or(NOTHING);
-            self.chunks[chunk / LANES].set(chunk % LANES, &around);
+            set_sphere(&mut self.chunks, chunk, &around);
         }
         self.dirty.clear();
     }

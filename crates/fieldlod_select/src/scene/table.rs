@@ -1,22 +1,16 @@
-//! A hierarchy laid out for selection: structures of arrays, eight groups to a register.
-
-mod lanes;
+//! A hierarchy laid out for selection, eight groups to an element.
 
 use std::ops::Range;
 
 use fieldlod_hierarchy::{Group, Hierarchy};
-use wide::f32x8;
 
-use crate::criterion::error_bounds::{ErrorBounds, or_infinity, simplified};
+use crate::criterion::criterion_input;
+use crate::criterion::error_bounds::{EightBounds, ErrorBounds};
 use crate::criterion::limits::LevelErrors;
-use crate::criterion::{CriterionInput, normal_variance};
 use crate::hidden::occluder::{OccluderPart, occluder_levels};
-use crate::hidden::shares::Shares;
 use crate::hidden::surface_samples::SurfaceSamples;
-use crate::lanes::V3;
+use crate::lanes::Eight;
 use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
-pub(crate) use lanes::BoundsLanes;
-use lanes::{lanes_of, vectors_of};
 
 /// The part of a [`Hierarchy`] that selection reads; it does not borrow the hierarchy.
 ///
@@ -24,16 +18,12 @@ use lanes::{lanes_of, vectors_of};
 #[derive(Clone, Debug)]
 pub struct GroupTable {
     pub(crate) group_count: usize,
-    /// Groups, eight to an element.
-    pub(crate) groups: BoundsLanes,
-    /// Elements of `groups`, eight to an element: one for each word of bits.
-    pub(crate) blocks: BoundsLanes,
-    /// Elements of `blocks`, eight to an element.
-    pub(crate) chunks: BoundsLanes,
-    error: Vec<f32x8>,
-    mean_normal: Vec<V3<f32x8>>,
-    pub(crate) normal_length: Vec<f32x8>,
-    pub(crate) normal_variance: Vec<f32x8>,
+    /// Groups, eight to an element. The last elements, up to a whole word of bits, are filled with zeros.
+    pub(crate) groups: Vec<Eight<9>>,
+    /// Bounds of the elements of `groups`, eight to an element: one for each word of bits.
+    pub(crate) blocks: Vec<EightBounds>,
+    /// Bounds of the elements of `blocks`, eight to an element.
+    pub(crate) chunks: Vec<EightBounds>,
     /// One bit for each group, set if it is terminal.
     pub(crate) terminal: Vec<u64>,
     /// The bounds of all groups.
@@ -71,29 +61,23 @@ impl GroupTable {
     pub fn new(hierarchy: &Hierarchy) -> Self {
         let groups = &hierarchy.groups;
         let words = groups.len().div_ceil(CHUNK);
-        let around =
+        let bounds =
             |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
+        let around = |groups: &[Group]| bounds(groups).to_array();
         let (first_coarser, coarser) = coarser_links(hierarchy);
         let is_chain = is_chain(hierarchy);
         let units = hierarchy.units.iter();
         let units = units.map(|unit| [unit.produced_by, unit.triangle_count]);
         let mut table = Self {
             group_count: groups.len(),
-            // Bounds of one group, of eight and of 64.
-            groups: BoundsLanes::new(groups.iter().map(ErrorBounds::of_group), words * LANES),
-            blocks: BoundsLanes::new(groups.chunks(LANES).map(around), words),
-            chunks: BoundsLanes::new(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
-            bounds: around(groups),
+            groups: Eight::list(groups.iter().map(criterion_input), words * LANES),
+            blocks: Eight::list(groups.chunks(LANES).map(around), words),
+            chunks: Eight::list(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
+            bounds: bounds(groups),
             samples: SurfaceSamples::new(hierarchy),
             occluders: occluder_levels(hierarchy),
             level_errors: LevelErrors::new(groups, is_chain),
             levels: groups.iter().map(|group| group.level).collect(),
-            error: lanes_of(groups, words * LANES, |g| {
-                or_infinity(simplified(g, g.error_in_local))
-            }),
-            mean_normal: vectors_of(groups, words * LANES, |g| g.mean_normal),
-            normal_length: lanes_of(groups, words * LANES, |g| g.mean_normal.length()),
-            normal_variance: lanes_of(groups, words * LANES, |g| normal_variance(g.mean_normal)),
             terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
             // The links of the cut rule.
             coarser,
@@ -186,21 +170,6 @@ impl GroupTable {
         if self.available.as_ref() != Some(&available) {
             self.available = Some(available);
             self.available_revision += 1;
-        }
-    }
-
-    /// Criterion input of the groups of a block.
-    #[inline(always)]
-    pub(crate) fn criterion_input(&self, block: usize, shares: Shares) -> CriterionInput<f32x8> {
-        CriterionInput {
-            center: self.groups.center[block],
-            radius: self.groups.radius[block],
-            error: self.error[block],
-            deviation: self.groups.deviation[block],
-            mean_normal: self.mean_normal[block],
-            normal_length: self.normal_length[block],
-            normal_variance: self.normal_variance[block],
-            share: shares.of_block(block),
         }
     }
 

@@ -14,12 +14,13 @@
 //! A sphere is outside if its centre is beyond a side of the view by more than its radius.
 
 use camera_field::Camera;
-use wide::f32x8;
+use glam::{Mat3, Vec3};
 
+use crate::criterion::error_bounds::{BOUNDS_COLUMNS, EightBounds};
 use crate::criterion::extent::corner_secant;
 use crate::criterion::px_per_unit;
-use crate::lanes::{Lane, M3, V3};
-use crate::scene::table::BoundsLanes;
+use crate::lanes::bits::{LANES, lane_bits};
+use crate::lanes::larger;
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
 use crate::view::sides::LensSides;
@@ -29,17 +30,17 @@ use crate::view::sides::LensSides;
 const POSITION_SLACK: f32 = 4e-6;
 const ROUNDING: f32 = 1.001;
 
-/// The tests of one instance against one threshold. Its numbers are stored in all lanes, because copying them into the
-/// lanes costs as much as a test.
+/// The tests of one instance against one threshold.
+#[derive(Clone, Copy)]
 pub(super) struct BoundsTest {
     is_orthographic: bool,
-    camera_from_local: M3<f32x8>,
-    origin: V3<f32x8>,
-    camera_per_local: f32x8,
-    slack: f32x8,
-    /// Pixels times distance of errors over the threshold and, where they count, of deviations.
-    error_px: f32x8,
-    deviation_px: Option<f32x8>,
+    camera_from_local: Mat3,
+    origin: Vec3,
+    camera_per_local: f32,
+    slack: f32,
+    /// Pixels times distance of errors and of deviations over the threshold; 0 if they do not count.
+    error_px: f32,
+    deviation_px: f32,
     /// `None` if groups outside the view have errors too.
     sides: Option<LensSides>,
 }
@@ -69,50 +70,51 @@ impl BoundsTest {
         let slack = POSITION_SLACK * reach + drift * ROUNDING + 1e-14;
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
-            camera_from_local: M3::splat(&instance.camera_from_local),
-            origin: V3::splat(instance.origin_in_camera),
-            camera_per_local: f32x8::splat(most * ROUNDING),
+            camera_from_local: instance.camera_from_local,
+            origin: instance.origin_in_camera,
+            camera_per_local: most * ROUNDING,
             // Squares of larger lengths may overflow.
-            slack: f32x8::splat(if slack < 1e13 { slack } else { f32::INFINITY }),
-            error_px: f32x8::splat(error_px),
-            deviation_px: weights
-                .displacement_weight
-                .map(|weight| f32x8::splat(deviation_px * weight)),
+            slack: if slack < 1e13 { slack } else { f32::INFINITY },
+            error_px,
+            deviation_px: deviation_px * weights.displacement_weight.unwrap_or(0.0),
             sides: (!counts_outside).then(|| LensSides::of(camera)),
         }
     }
 
-    /// The mask of bounds, out of eight, that have no error above the threshold.
-    #[inline]
-    pub(super) fn passes(&self, bounds: &BoundsLanes, element: usize) -> f32x8 {
-        let center = bounds.center[element];
-        let center = self.camera_from_local.of(center).plus(self.origin);
-        let radius = bounds.radius[element] * self.camera_per_local + self.slack;
-        let far = self.is_far(bounds, element, center, radius);
-        match &self.sides {
-            Some(sides) if !far.all() => {
-                far | (sides.least_inside(center) + radius).is_below(f32x8::zero())
-            }
-            _ => far,
+    /// The bits of bounds, out of eight, that have no error above the threshold.
+    #[inline(always)]
+    pub(super) fn passes(&self, bounds: &EightBounds) -> u32 {
+        // A copy, of which the compiler knows that no branch changes it.
+        let (test, sides) = (*self, self.sides);
+        let mut passes = [0; LANES];
+        for (lane, passes) in passes.iter_mut().enumerate() {
+            *passes = u8::from(test.is_far(bounds.at(lane)));
         }
+        if let Some(sides) = sides
+            && passes != [1; LANES]
+        {
+            for (lane, passes) in passes.iter_mut().enumerate() {
+                let (center, radius) = test.seen(bounds.at(lane));
+                *passes |= u8::from(sides.least_inside(center) + radius < 0.0);
+            }
+        }
+        lane_bits(&passes)
     }
 
-    #[inline]
-    fn is_far(
-        &self,
-        bounds: &BoundsLanes,
-        element: usize,
-        center: V3<f32x8>,
-        radius: f32x8,
-    ) -> f32x8 {
-        let mut error = bounds.error_weighed[element] * self.error_px;
-        if let Some(deviation_px) = self.deviation_px {
-            error = error.larger(bounds.deviation[element] * deviation_px);
-        }
-        if self.is_orthographic {
-            return error.is_at_most(f32x8::one());
-        }
+    /// The center and the radius in camera space.
+    #[inline(always)]
+    fn seen(&self, [x, y, z, radius, ..]: [f32; BOUNDS_COLUMNS]) -> (Vec3, f32) {
+        let center = self.camera_from_local * Vec3::new(x, y, z) + self.origin;
+        (center, radius * self.camera_per_local + self.slack)
+    }
+
+    #[inline(always)]
+    fn is_far(&self, bounds: [f32; BOUNDS_COLUMNS]) -> bool {
+        let (center, radius) = self.seen(bounds);
+        let [.., error_weighed, deviation] = bounds;
+        let error = larger(error_weighed * self.error_px, deviation * self.deviation_px);
         let needed = error + radius;
-        (needed * needed).is_below(center.dot(center))
+        let (fits, is_far) = (error <= 1.0, needed * needed < center.dot(center));
+        if self.is_orthographic { fits } else { is_far }
     }
 }

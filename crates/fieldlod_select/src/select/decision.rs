@@ -3,13 +3,12 @@
 
 use std::cell::OnceCell;
 
-use wide::f32x8;
-
 use super::bounds_test::BoundsTest;
+use crate::criterion::error_bounds::EightBounds;
 use crate::criterion::{Criterion, Drift};
 use crate::hidden::shares::Shares;
-use crate::lanes::bits::{LANES, block_bits, set_bits_of};
-use crate::lanes::{Lane, bits_of, mask_of};
+use crate::lanes::bits::{LANES, block_bits, lane_bits, set_bits_of};
+use crate::lanes::with_avx2;
 use crate::scene::table::GroupTable;
 use crate::settings::{LodSettings, Thresholds};
 use crate::view::InstanceView;
@@ -32,11 +31,11 @@ pub fn refine(
 
 /// The decisions on one instance in one view.
 pub(crate) struct Decision<'a> {
-    criterion: Criterion<'a, f32x8>,
+    criterion: Criterion,
+    instance: &'a InstanceView,
+    settings: &'a LodSettings,
     thresholds: Thresholds,
     shares: Shares<'a>,
-    /// How far groups may move in camera space while the decisions hold.
-    drift: f32,
     /// The test of groups that were not refined, made on first use.
     entering: OnceCell<BoundsTest>,
     /// The test of groups that were refined, made on first use.
@@ -53,9 +52,10 @@ impl<'a> Decision<'a> {
     ) -> Self {
         Self {
             criterion: Criterion::new(instance, settings),
+            instance,
+            settings,
             thresholds: settings.thresholds(bias),
             shares,
-            drift: 0.0,
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
         }
@@ -64,8 +64,7 @@ impl<'a> Decision<'a> {
     /// Decisions that hold while groups move by `drift`. A refined group exceeds the threshold if its error does during
     /// the whole motion. Any other group exceeds it if its error may exceed it at any time of the motion.
     pub(crate) fn throughout(mut self, drift: Drift) -> Self {
-        self.drift = drift.distance;
-        self.criterion.drift = Some(drift);
+        self.criterion.drift = drift;
         // A margin that is larger than rounding.
         self.thresholds.refine_above_px *= 0.999;
         self.thresholds.coarsen_below_px *= 1.001;
@@ -75,6 +74,15 @@ impl<'a> Decision<'a> {
     /// Decides all groups of a table.
     pub(crate) fn decide(&self, table: &GroupTable, was_refined: &[u64], refined: &mut Vec<u64>) {
         refined.clone_from(&table.terminal);
+        with_avx2(
+            #[inline(always)]
+            || self.add_exceeding(table, was_refined, refined),
+        );
+    }
+
+    /// Adds the groups that exceed the threshold to the bits of terminal groups.
+    #[inline(always)]
+    fn add_exceeding(&self, table: &GroupTable, was_refined: &[u64], refined: &mut [u64]) {
         // The bounds only show that errors are below a threshold; a negative one refines groups without errors too.
         let has_bounds = self.thresholds.coarsen_below_px >= 0.0;
         for (element, words) in refined.chunks_mut(LANES).enumerate() {
@@ -83,20 +91,17 @@ impl<'a> Decision<'a> {
             // The lower threshold counts only for refined groups that are not terminal.
             let may_leave = |word: usize| was(word) & !table.terminal[first + word] != 0;
             let any_may_leave = (0..words.len()).any(may_leave);
-            let live = |test: &BoundsTest, bounds, element| match has_bounds {
-                true => !bits_of(test.passes(bounds, element)) & 0xff,
+            let live = |test: &BoundsTest, bounds: &EightBounds| match has_bounds {
+                true => !test.passes(bounds) & 0xff,
                 false => 0xff,
             };
             // 64 groups at once, then eight, then each.
-            let chunks = live(
-                self.bounds_test(table, any_may_leave),
-                &table.chunks,
-                element,
-            );
+            let test = self.bounds_test(table, any_may_leave);
+            let chunks = live(test, &table.chunks[element]);
             for word in set_bits_of(chunks & ((1 << words.len()) - 1)) {
                 let test = self.bounds_test(table, may_leave(word));
                 let mut bits = 0;
-                for index in set_bits_of(live(test, &table.blocks, first + word)) {
+                for index in set_bits_of(live(test, &table.blocks[first + word])) {
                     let block = (first + word) * LANES + index;
                     let was_refined = block_bits(was(word), index);
                     bits |=
@@ -118,11 +123,15 @@ impl<'a> Decision<'a> {
             (own != 0).then(|| block * LANES + own.trailing_zeros() as usize)
         };
         let coarsest = table.group_count - 1;
-        blocks.into_iter().find_map(first).unwrap_or(coarsest)
+        let found = with_avx2(
+            #[inline(always)]
+            || blocks.into_iter().find_map(first),
+        );
+        found.unwrap_or(coarsest)
     }
 
     fn bounds_test(&self, table: &GroupTable, may_leave: bool) -> &BoundsTest {
-        let (instance, settings) = (self.criterion.instance, self.criterion.settings);
+        let (instance, settings) = (self.instance, self.settings);
         let (test, camera, threshold_px) = if may_leave {
             let threshold_px = self.thresholds.coarsen_below_px;
             (&self.leaving, &instance.kept_camera, threshold_px)
@@ -133,21 +142,27 @@ impl<'a> Decision<'a> {
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
         test.get_or_init(|| {
-            BoundsTest::new(instance, settings, size, camera, threshold_px, self.drift)
+            let drift = self.criterion.drift.distance;
+            BoundsTest::new(instance, settings, size, camera, threshold_px, drift)
         })
     }
 
     /// The bits of one block by the criterion.
-    #[inline]
+    #[inline(always)]
     fn decide_block(&self, table: &GroupTable, block: usize, was_refined: u32) -> u32 {
-        let input = table.criterion_input(block, self.shares);
-        let error_px = self.criterion.error_px(&input, mask_of(was_refined));
-        let exceeds = |threshold_px: f32| {
-            bits_of(f32x8::splat(threshold_px).is_below(error_px) | error_px.not_a_number())
-        };
-        // Each group is compared with the threshold of its last state; NaN exceeds both.
-        let entering = exceeds(self.thresholds.refine_above_px) & !was_refined;
-        let staying = exceeds(self.thresholds.coarsen_below_px) & was_refined;
-        entering | staying
+        let (groups, shares) = (&table.groups[block], self.shares.of_block(block));
+        let thresholds = self.thresholds;
+        self.criterion.with_known_branches(
+            #[inline(always)]
+            |criterion| {
+                let mut exceeds = [0; LANES];
+                for (lane, exceeds) in exceeds.iter_mut().enumerate() {
+                    let was_refined = was_refined & 1 << lane != 0;
+                    let error_px = criterion.error_px(groups.at(lane), shares[lane], was_refined);
+                    *exceeds = u8::from(thresholds.exceeded_by(error_px, was_refined));
+                }
+                lane_bits(&exceeds)
+            },
+        )
     }
 }

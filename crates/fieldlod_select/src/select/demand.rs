@@ -1,16 +1,11 @@
 //! Finds the groups that a view needs, of meshes that are loaded in parts.
 
-use wide::f32x8;
-
 use super::frame::Input;
-use super::instance_cut::InstanceCut;
 use crate::criterion::Criterion;
-use crate::lanes::bits::{LANES, block_bits, set_bits_of};
-use crate::lanes::mask_of;
+use crate::lanes::bits::{LANES, is_set, set_bits};
 use crate::scene::{InstanceId, MeshId, Scene};
 use crate::selector::Selector;
-use crate::settings::LodSettings;
-use crate::view::{InstanceView, View};
+use crate::view::InstanceView;
 
 /// A group that an instance refines in a view, or would refine if it were available.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,50 +29,33 @@ impl Selector {
         let Some(Input { view, settings, .. }) = &self.last else {
             return;
         };
-        for (index, instance) in (0..).zip(&scene.instances) {
-            if let (Some(mesh), Some(slot)) = (instance.mesh, instance.slot)
-                && scene.table(mesh).available.is_some()
-                && let Some(cut) = self.cuts.cut(slot as usize)
-            {
-                let id = scene.id_of(index);
-                visit_cut(scene, (view, settings), (mesh, id), cut, &mut visit);
+        for (index, placed) in (0..).zip(&scene.instances) {
+            let (Some(mesh), Some(slot)) = (placed.mesh, placed.slot) else {
+                continue;
+            };
+            let table = scene.table(mesh);
+            let cut = self.cuts.cut(slot as usize);
+            let (Some(cut), Some(available)) = (cut, &table.available) else {
+                continue;
+            };
+            let instance_view = InstanceView::new(view, &placed.world_from_local);
+            let criterion = Criterion::new(&instance_view, settings);
+            let shares = cut.shares.shares(settings);
+            let error_px = |group: usize| {
+                let (block, lane) = (group / LANES, group % LANES);
+                let share = shares.of_block(block)[lane];
+                criterion.error_px(table.groups[block].at(lane), share, true) * placed.bias
+            };
+            let is_needed = |group: &usize| !is_set(&table.coarsest_refined, *group);
+            for group in set_bits(&cut.refined).filter(is_needed) {
+                let is_missing = !is_set(available, group);
+                visit(GroupDemand {
+                    mesh,
+                    instance: scene.id_of(index),
+                    group: group as u32,
+                    missing_px: is_missing.then(|| error_px(group)),
+                });
             }
-        }
-    }
-}
-
-/// Calls `visit` with each group that a cut of an instance refines.
-fn visit_cut(
-    scene: &Scene,
-    (view, settings): (&View, &LodSettings),
-    (mesh, instance): (MeshId, InstanceId),
-    cut: &InstanceCut,
-    visit: &mut impl FnMut(GroupDemand),
-) {
-    let table = scene.table(mesh);
-    let placed = &scene.instances[instance.index()];
-    let view = InstanceView::new(view, &placed.world_from_local);
-    let criterion = Criterion::<f32x8>::new(&view, settings);
-    let shares = cut.shares.shares(settings);
-    for block in 0..table.group_count.div_ceil(LANES) {
-        let bits = |words: &[u64]| block_bits(words[block / LANES], block % LANES);
-        let refined = bits(&cut.refined);
-        let needed = refined & !bits(&table.coarsest_refined);
-        let missing = needed & !table.available.as_deref().map_or(0xff, bits);
-        // Errors are computed only if some groups are missing.
-        let errors = (missing != 0).then(|| {
-            let input = table.criterion_input(block, shares);
-            criterion.error_px(&input, mask_of(refined)).to_array()
-        });
-        for lane in set_bits_of(needed) {
-            let is_missing = missing & 1 << lane != 0;
-            let error = errors.filter(|_| is_missing);
-            visit(GroupDemand {
-                mesh,
-                instance,
-                group: (block * LANES + lane) as u32,
-                missing_px: error.map(|errors| errors[lane] * placed.bias),
-            });
         }
     }
 }

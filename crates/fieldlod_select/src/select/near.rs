@@ -87,8 +87,9 @@ impl SceneCuts {
         let weight = match &frame.settings.visible_flux {
             None => [1.0; 2],
             Some(flux) => {
-                let steps = self.level_shares[candidate.near.slot].now_and_held();
-                steps.map(|step| share_of_step(step, flux.least_share).sqrt())
+                let [now, held] = self.level_shares[candidate.near.slot].now_and_held();
+                let weight = |step: u8| share_of_step(step, flux.least_share).sqrt();
+                [weight(now), weight(held)]
             }
         };
         let scale = frame.scene.columns.error_scales[candidate.near.slot];
@@ -135,23 +136,21 @@ impl SceneCuts {
         let Some((flux, image)) = flux.zip(self.depth_image.as_ref()) else {
             return false;
         };
-        let is_coarsest = matches!(
+        let &Candidate {
+            table, id, placed, ..
+        } = candidate;
+        if !matches!(
             candidate.was,
             InstanceState::Empty | InstanceState::Coarsest(_)
-        );
-        let share = match is_coarsest {
-            true => image.share_of_all(candidate.table, candidate.id, candidate.placed),
-            false => None,
-        };
-        let stays = share.is_some_and(|step| {
-            candidate.fits_coarsest(frame, share_of_step(step, flux.least_share))
-        });
+        ) {
+            return false;
+        }
+        let share = image.share_of_all(table, id, placed);
+        let share = share.map(|step| share_of_step(step, flux.least_share));
+        let stays = share.is_some_and(|share| candidate.fits_coarsest(frame, share));
         if stays {
-            self.draw_whole(
-                frame,
-                candidate.near.slot,
-                InstanceState::Coarsest(candidate.mesh),
-            );
+            let coarsest = InstanceState::Coarsest(candidate.mesh);
+            self.draw_whole(frame, candidate.near.slot, coarsest);
         }
         stays
     }

@@ -6,7 +6,8 @@ use glam::Vec3;
 
 use super::View;
 use super::sides::planes_in_camera;
-use crate::lanes::{Lane, V3};
+use crate::lanes::bits::LANES;
+use crate::scene::columns::{EightSpheres, sphere_at};
 
 /// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
 /// instance outside the view.
@@ -78,22 +79,35 @@ impl ShadowTest {
         })
     }
 
-    /// Which spheres cast no shadow of any light into the image.
+    /// Which of eight spheres of the world cast no shadow of any light into the image. `seen` are spheres of camera space
+    /// around them.
     #[inline(always)]
-    pub(crate) fn is_dark<L: Lane>(&self, world: V3<L>, seen: V3<L>, radius: L) -> L::Mask {
-        let all = L::zero().is_at_most(L::zero());
-        self.lights.iter().fold(all, |dark, light| {
-            dark & match light {
-                LightTest::Sun(sides) => sides.iter().fold(!all, |dark, &(inward, offset)| {
-                    let inside_by = seen.dot(V3::splat(inward)) + (L::splat(offset) + radius);
-                    dark | inside_by.is_below(L::zero())
-                }),
+    pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
+        let mut dark = [1; LANES];
+        for light in &self.lights {
+            let mut is_apart = [0; LANES];
+            match light {
+                LightTest::Sun(sides) => {
+                    for (inward, offset) in sides {
+                        for (lane, is_apart) in is_apart.iter_mut().enumerate() {
+                            let (center, radius) = sphere_at(seen, lane);
+                            let inside_by = center.dot(*inward) + (offset + radius);
+                            *is_apart |= u8::from(inside_by < 0.0);
+                        }
+                    }
+                }
                 LightTest::Lamp(reach) => {
-                    let away = world.minus(V3::splat(reach.center));
-                    let least = radius + L::splat(reach.radius);
-                    least.is_below(away.dot(away).sqrt())
+                    for (lane, is_apart) in is_apart.iter_mut().enumerate() {
+                        let away = sphere_at(spheres, lane).0 - reach.center;
+                        let least = sphere_at(seen, lane).1 + reach.radius;
+                        *is_apart = u8::from(least < away.dot(away).sqrt());
+                    }
                 }
             }
-        })
+            for (dark, is_apart) in dark.iter_mut().zip(is_apart) {
+                *dark &= is_apart;
+            }
+        }
+        dark
     }
 }

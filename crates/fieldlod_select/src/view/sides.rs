@@ -3,7 +3,7 @@
 use camera_field::Camera;
 use glam::Vec3;
 
-use crate::lanes::{Lane, V3};
+use crate::lanes::smaller;
 
 /// The sides of a view in camera space. The distance inside each is a sum of `x` or `y` and of `z` or 1, with these
 /// factors.
@@ -25,15 +25,15 @@ impl LensSides {
 
     /// How far inside the nearest side a point is, negative outside.
     #[inline(always)]
-    pub(crate) fn least_inside<L: Lane>(&self, V3 { x, y, z }: V3<L>) -> L {
-        let z = if self.is_orthographic { L::one() } else { z };
-        let inside = |side: usize, across: L| {
-            let [of_across, of_z] = self.sides[side].map(L::splat);
+    pub(crate) fn least_inside(&self, Vec3 { x, y, z }: Vec3) -> f32 {
+        let z = if self.is_orthographic { 1.0 } else { z };
+        let inside = |side: usize, across: f32| {
+            let [of_across, of_z] = self.sides[side];
             across * of_across + z * of_z
         };
-        let across = inside(0, x).smaller(inside(1, x));
-        let down = inside(2, y).smaller(inside(3, y));
-        across.smaller(down)
+        let across = smaller(inside(0, x), inside(1, x));
+        let down = smaller(inside(2, y), inside(3, y));
+        smaller(across, down)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, Mat3, Vec3};
 
-use crate::lanes::{Lane, M3, V3};
+use crate::lanes::larger;
 
 /// Relative distance of `MᵀM` from a multiple of the identity, up to which `M` counts as a rotation with one scale (and
 /// mirror). It is larger than the rounding of products of rotations, and small against the errors of levels.
@@ -103,14 +103,13 @@ impl SeenStretch {
     }
 
     /// `√λ` for the unit sight ray `along`, an upper bound up to rounding.
-    #[inline]
-    pub(crate) fn across<L: Lane>(&self, along: V3<L>) -> L {
+    #[inline(always)]
+    pub(crate) fn across(&self, along: Vec3) -> f32 {
         // T and D of the restriction to the plane across the ray, and its greater eigenvalue.
-        let trace = L::splat(self.trace) - along.dot(M3::splat(&self.gram).of(along));
-        let determinant = along.dot(M3::splat(&self.adjugate).of(along));
-        let discriminant = trace * trace - L::splat(4.0) * determinant;
-        let root = discriminant.larger(L::zero()).sqrt();
-        let eigenvalue = L::splat(0.5) * (trace + root) + L::splat(ROUNDING * self.trace);
+        let trace = self.trace - along.dot(self.gram * along);
+        let determinant = along.dot(self.adjugate * along);
+        let root = larger(trace * trace - 4.0 * determinant, 0.0).sqrt();
+        let eigenvalue = 0.5 * (trace + root) + ROUNDING * self.trace;
         eigenvalue.sqrt()
     }
 }
@@ -164,7 +163,7 @@ mod tests {
             for along in directions().step_by(7) {
                 let across = |e: Vec3| (m * e - along * along.dot(m * e)).length();
                 let most = directions().map(across).fold(0.0, f32::max);
-                let bound = seen.across(V3::<f32>::splat(along));
+                let bound = seen.across(along);
                 assert!(most <= bound * 1.0001 && bound < most * 1.05);
             }
         }

@@ -17,9 +17,9 @@ use super::columns::EightLimits;
 use crate::criterion::extent::corner_secant;
 use crate::criterion::limits::{Allowed, ErrorUnits};
 use crate::criterion::{Drift, Motion, px_per_unit};
-use crate::lanes::bits::{LANES, set_bits_of};
-use crate::lanes::{Lane, M3, V3, bits_of, with_avx2};
-use crate::scene::columns::EightSpheres;
+use crate::lanes::bits::{LANES, lane_bits, set_bits_of};
+use crate::lanes::{Eight, larger, smaller, with_avx2};
+use crate::scene::columns::{EightSpheres, sphere_at};
 use crate::settings::{LodSettings, Offscreen, Thresholds};
 use crate::view::View;
 use crate::view::shadow_lights::ShadowTest;
@@ -67,13 +67,12 @@ struct Scale {
     fine: [f32; 2],
 }
 
-/// Spheres as a view sees them.
-struct Sighted<L> {
-    world: V3<L>,
-    seen: V3<L>,
+/// A sphere as a view sees it.
+struct Sighted {
+    seen: Vec3,
     /// The radius plus the slack. Rounding moves a sphere by at most the slack.
-    radius: L,
-    slack: L,
+    radius: f32,
+    slack: f32,
 }
 
 /// Bounds of errors, divided by threshold and scale.
@@ -91,7 +90,7 @@ pub(in crate::select) struct Near {
     /// Whether it is outside the view and casts no shadow into it, if instances outside count at all.
     pub(in crate::select) is_dark: bool,
     /// Certain bounds of its allowed errors.
-    pub(in crate::select) allowed: Allowed<f32>,
+    pub(in crate::select) allowed: Allowed,
 }
 
 /// Result of the test of eight instances of which some may change.
@@ -103,21 +102,23 @@ pub(in crate::select) struct Looked {
     kept: u32,
     /// Bits of the instances outside the view that cast no shadow into it, if instances outside count at all.
     dark: u32,
-    allowed: Allowed<[f32; LANES]>,
+    allowed: Eight<4>,
 }
 
 impl Looked {
     /// The instances whose cuts may change.
     #[inline]
     pub(in crate::select) fn near(&self) -> impl Iterator<Item = Near> + '_ {
-        let Allowed { coarse, fine } = &self.allowed;
-        set_bits_of(!self.kept & 0xff).map(move |lane| Near {
-            slot: self.first + lane,
-            is_dark: self.dark >> lane & 1 == 1,
-            allowed: Allowed {
-                coarse: [coarse[0][lane], coarse[1][lane]],
-                fine: [fine[0][lane], fine[1][lane]],
-            },
+        set_bits_of(!self.kept & 0xff).map(move |lane| {
+            let [entering, staying, refining, leaving] = self.allowed.at(lane);
+            Near {
+                slot: self.first + lane,
+                is_dark: self.dark >> lane & 1 == 1,
+                allowed: Allowed {
+                    coarse: [entering, staying],
+                    fine: [refining, leaving],
+                },
+            }
         })
     }
 }
@@ -194,9 +195,14 @@ impl KeepTest {
             (None, _) => [1; LANES],
             (Some(_), None) => [0; LANES],
             (Some(_), Some(shadows)) => {
-                let sighted = self.lens.sight(spheres.center(), spheres.radius());
-                let dark = bits_of(shadows.is_dark(sighted.world, sighted.seen, sighted.radius));
-                std::array::from_fn(|lane| (dark >> lane & 1) as u8)
+                let mut seen = Eight::splat([0.0; 4]);
+                for lane in 0..LANES {
+                    let (center, radius) = sphere_at(spheres, lane);
+                    let sighted = self.lens.sight(center, radius);
+                    let [x, y, z] = sighted.seen.to_array();
+                    seen.set(lane, [x, y, z, sighted.radius]);
+                }
+                shadows.dark(spheres, &seen)
             }
         }
     }
@@ -204,18 +210,18 @@ impl KeepTest {
 
 impl LensTest {
     /// Tests eight instances, or eight chunks; `None` if all of them stay as they are.
-    ///
-    /// The compiler turns the loops over lanes into vector instructions of the processor that the caller was compiled
-    /// for. `f32x8` would have those of the whole crate.
     #[inline(always)]
     fn look_at(
         &self,
         first: usize,
         spheres: &EightSpheres,
-        EightLimits { lowest, highest }: &EightLimits,
+        Eight([lowest, highest]): &EightLimits,
         dark: &[u8; LANES],
     ) -> Option<Looked> {
-        let sighted = |lane: usize| self.sight(spheres.center_at(lane), spheres.radius[lane]);
+        let sighted = |lane: usize| {
+            let (center, radius) = sphere_at(spheres, lane);
+            self.sight(center, radius)
+        };
         // Most instances are outside the view.
         let mut idle = [0u8; LANES];
         for lane in 0..LANES {
@@ -252,12 +258,9 @@ impl LensTest {
         let counts_outside = self.on_axis.is_some();
         Some(Looked {
             first,
-            kept: bits(&kept),
-            dark: if counts_outside { bits(&unlit) } else { 0 },
-            allowed: Allowed {
-                coarse: [entering, staying],
-                fine: [refining, leaving],
-            },
+            kept: lane_bits(&kept),
+            dark: if counts_outside { lane_bits(&unlit) } else { 0 },
+            allowed: Eight([entering, staying, refining, leaving]),
         })
     }
 
@@ -268,7 +271,7 @@ impl LensTest {
         if self.least_relaxation != 1.0 {
             return None;
         }
-        let sighted = self.sight(V3::splat(sphere.center), sphere.radius);
+        let sighted = self.sight(sphere.center, sphere.radius);
         let distance = sighted.seen.dot(sighted.seen).sqrt();
         let displacement =
             motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
@@ -279,9 +282,8 @@ impl LensTest {
         let reach = sighted.radius + displacement;
         // If errors outside count, an instance beyond the narrower view that casts no shadow is at its coarsest level.
         let width = usize::from(self.on_axis.is_none());
-        let inside_by = self.sides[width].least_inside(sighted.seen);
-        let is_before = self.is_orthographic || reach < sighted.seen.z;
-        let stays_inside = is_before && reach < inside_by;
+        let inside_by = self.inside_by(width, &sighted);
+        let stays_inside = reach < inside_by;
         // Outside of both views, errors count as on the axis.
         let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
         let reached = Sighted {
@@ -303,70 +305,73 @@ impl LensTest {
     }
 
     #[inline(always)]
-    fn sight<L: Lane>(&self, world: V3<L>, radius: L) -> Sighted<L> {
-        let from_eye = world.minus(V3::splat(self.eye));
+    fn sight(&self, world: Vec3, radius: f32) -> Sighted {
         let size = world.x.abs() + world.y.abs() + world.z.abs();
-        let slack = size * L::splat(POSITION_SLACK) + L::splat(self.eye_slack);
+        let slack = size * POSITION_SLACK + self.eye_slack;
         Sighted {
-            world,
-            seen: M3::splat(&self.camera_from_world).of(from_eye),
-            radius: radius * L::splat(ROUNDING) + slack,
+            seen: self.camera_from_world * (world - self.eye),
+            radius: radius * ROUNDING + slack,
             slack,
         }
     }
 
     /// Whether a sphere is certainly outside of the view that groups enter, 0, or leave, 1.
     #[inline(always)]
-    fn is_outside(&self, width: usize, sighted: &Sighted<f32>) -> bool {
-        let beyond = -self.sides[width].least_inside(sighted.seen);
-        sighted.radius
-            < match self.is_orthographic {
-                true => beyond,
-                false => beyond.larger(-sighted.seen.z),
-            }
+    fn is_outside(&self, width: usize, sighted: &Sighted) -> bool {
+        sighted.radius < -self.inside_by(width, sighted)
     }
 
     /// Whether a sphere is certainly not outside: its centre is in the view.
     #[inline(always)]
-    fn is_inside(&self, width: usize, sighted: &Sighted<f32>) -> bool {
+    fn is_inside(&self, width: usize, sighted: &Sighted) -> bool {
+        sighted.slack < self.inside_by(width, sighted)
+    }
+
+    /// How far inside a view the centre of a sphere is.
+    #[inline(always)]
+    fn inside_by(&self, width: usize, sighted: &Sighted) -> f32 {
         let inside_by = self.sides[width].least_inside(sighted.seen);
-        sighted.slack
-            < match self.is_orthographic {
-                true => inside_by,
-                false => inside_by.smaller(sighted.seen.z),
-            }
+        let before = smaller(inside_by, sighted.seen.z);
+        if self.is_orthographic {
+            inside_by
+        } else {
+            before
+        }
     }
 
     /// The largest error of groups that are certainly not refined, by whether they were.
     #[inline(always)]
-    fn coarse(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, is_dark: bool) -> f32 {
+    fn coarse(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
         let mut in_view = bounds.in_view[0] * self.scale.coarse[width];
         let mut outside = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
             let on_axis = bounds.on_axis[0] * scale.coarse[width];
             // A sphere on the edge may be inside or outside.
-            in_view = in_view.smaller(on_axis);
-            outside = f32::choose(is_dark, outside, on_axis);
+            in_view = smaller(in_view, on_axis);
+            outside = if is_dark { outside } else { on_axis };
         }
-        f32::choose(self.is_outside(width, sighted), outside, in_view)
+        let is_outside = self.is_outside(width, sighted);
+        if is_outside { outside } else { in_view }
     }
 
     /// The error above which groups are certainly refined, by whether they were.
     #[inline(always)]
-    fn fine(&self, width: usize, sighted: &Sighted<f32>, bounds: &Bounds, is_dark: bool) -> f32 {
+    fn fine(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
         let in_view = bounds.in_view[1] * self.scale.fine[width];
         let mut elsewhere = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
             let counts = self.is_outside(width, sighted) & !is_dark;
-            elsewhere = f32::choose(counts, bounds.on_axis[1] * scale.fine[width], elsewhere);
+            let on_axis = bounds.on_axis[1] * scale.fine[width];
+            elsewhere = if counts { on_axis } else { elsewhere };
         }
-        f32::choose(self.is_inside(width, sighted), in_view, elsewhere)
+        let is_inside = self.is_inside(width, sighted);
+        if is_inside { in_view } else { elsewhere }
     }
 
     /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger.
     /// It therefore has an upper bound of its own; the lower bound is valid for both.
     #[inline(always)]
-    fn bounds(&self, width: usize, sighted: &Sighted<f32>) -> Bounds {
+    fn bounds(&self, width: usize, sighted: &Sighted) -> Bounds {
         let (least_cosine, relaxation) = (self.least_cosines[width], self.least_relaxation);
         if self.is_orthographic {
             return Bounds {
@@ -374,12 +379,7 @@ impl LensTest {
                 on_axis: [1.0; 2],
             };
         }
-        let Sighted {
-            seen,
-            radius,
-            slack,
-            ..
-        } = *sighted;
+        let (seen, radius, slack) = (sighted.seen, sighted.radius, sighted.slack);
         let distance_squared = seen.dot(seen);
         let distance = distance_squared.sqrt();
         let gap = distance - radius;
@@ -387,30 +387,26 @@ impl LensTest {
         let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
-        let cosine = (cosine - 1e-5).larger(least_cosine);
-        let depth = (seen.z - radius).larger(gap * cosine);
-        let [most, least] = self.counts_secant.map(|counts_secant| match counts_secant {
-            true => depth * cosine,
-            false => depth * cosine.sqrt(),
-        });
+        let cosine = larger(cosine - 1e-5, least_cosine);
+        let depth = larger(seen.z - radius, gap * cosine);
+        let (of_error, of_deviation) = (depth * cosine.sqrt(), depth * cosine);
+        let [counts_most, counts_least] = self.counts_secant;
+        let most = if counts_most { of_deviation } else { of_error };
+        let least = if counts_least { of_deviation } else { of_error };
         // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
         // excess over the gap.
         let excess = radius * 0.002 + slack * 2.0;
         let rest = (gap - excess * (6.0 / least_cosine)) * relaxation;
+        let least = least * gap / rest;
         Bounds {
             in_view: [
                 // A sphere that reaches the camera has no bound.
-                f32::choose(gap > 0.0, most, f32::NEG_INFINITY),
-                f32::choose(rest > 0.0, least * gap / rest, f32::INFINITY),
+                if gap > 0.0 { most } else { f32::NEG_INFINITY },
+                if rest > 0.0 { least } else { f32::INFINITY },
             ],
             on_axis: [gap, (distance * ROUNDING + slack) / relaxation],
         }
     }
-}
-
-/// One bit for each lane that is 1.
-fn bits(lanes: &[u8; LANES]) -> u32 {
-    (0..LANES).fold(0, |bits, lane| bits | u32::from(lanes[lane]) << lane)
 }
 
 impl Scale {
@@ -434,54 +430,5 @@ fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
         (0.999 / (corner_secant(camera) * settings.advanced.min_aspect_ratio)).min(1.0)
     } else {
         1.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use camera_field::Intrinsics;
-    use glam::{Affine3A, Vec2};
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::view::shadow_lights::ShadowLight;
-
-    fn any_number() -> impl Strategy<Value = f32> {
-        prop_oneof![
-            8 => -30.0f32..30.0,
-            1 => prop::sample::select(vec![0.0, -2.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]),
-        ]
-    }
-
-    fn any_columns<const N: usize>() -> impl Strategy<Value = [[f32; LANES]; N]> {
-        let column = prop::collection::vec(any_number(), LANES);
-        prop::collection::vec(column, N).prop_map(|columns| {
-            let column = |column: usize| std::array::from_fn(|lane| columns[column][lane]);
-            std::array::from_fn(column)
-        })
-    }
-
-    proptest! {
-        #[test]
-        fn avx2_gives_the_same_bits(
-            [x, y, z, radius, lowest, highest] in any_columns::<6>(),
-            turn in -3.0f32..3.0,
-            bias in prop::option::of(0.1f32..1.0),
-            has_sun in any::<bool>(),
-        ) {
-            let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
-            let pose = Affine3A::from_rotation_y(turn);
-            let suns = [ShadowLight::Sun(Vec3::NEG_Y)];
-            let view = View::new(camera, &pose).with_shadow_lights(&suns[..usize::from(has_sun)]);
-            let mut settings = LodSettings::default();
-            settings.advanced.offscreen = bias.map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias });
-            let test = KeepTest::new(&view, &settings);
-            let spheres = EightSpheres { center: [x, y, z], radius: radius.map(f32::abs) };
-            let limits = EightLimits { lowest, highest };
-            let mut looked = Vec::new();
-            test.look(&[spheres], &[limits], &mut looked);
-            let without_avx2 = test.lens.look_at(0, &spheres, &limits, &test.dark(&spheres));
-            prop_assert_eq!(format!("{:?}", looked.first()), format!("{:?}", without_avx2.as_ref()));
-        }
     }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::config::BakeConfig;
 use crate::deviation::{Measured, SourceSurface};
-use crate::levels::clusters::{Cluster, split_into_clusters, triangle_count};
+use crate::levels::clusters::{Cluster, split_into_clusters};
 use crate::levels::groups::Groups;
 use crate::levels::simplified_group::SimplifiedGroup;
 use crate::levels::simplify::{Simplified, Task};
@@ -158,14 +158,7 @@ impl LevelStep<'_> {
                 samples: vec![Vec::new(); clusters.len()],
             };
         }
-        let triangles_of_level = self.parts.iter().map(|part| triangle_count(part)).sum();
-        self.source.measure(
-            part,
-            self.vertices,
-            triangles_of_level,
-            simplified,
-            clusters,
-            finer_in_scaled,
-        )
+        self.source
+            .measure(part, self.vertices, simplified, clusters, finer_in_scaled)
     }
 }

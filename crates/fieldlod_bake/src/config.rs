@@ -33,8 +33,8 @@ pub struct BakeConfig {
     pub measure_appearance: bool,
     /// Triangle limit for baking up to four primitives of one glTF mesh [together](crate::bake_together). Many of the
     /// triangles must belong to loose elements, as in a tree of bark and leaves. 0 disables it.
-    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the primitives
-    /// would have cracks.
+    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the
+    /// primitives would have cracks.
     pub together_below_triangles: usize,
 }
 

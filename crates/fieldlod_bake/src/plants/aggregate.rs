@@ -29,17 +29,17 @@ const MAX_ELEMENT_SHARE: f32 = 0.2;
 const MAX_TRIANGLES_TO_FLATTEN: usize = 8;
 /// A mesh is an aggregate if elements have at least this share of its triangles.
 const MIN_SHARE_IN_ELEMENTS: f32 = 0.25;
-/// An element that would keep less than this share of its area is restored: rescaling would more than double the rest. At
-/// 0.9, palms differ by 5 % more from the source at equal triangles; at 0.25 by 1 % less.
+/// An element that would keep less than this share of its area is restored: rescaling would more than double the rest.
+/// At 0.9, palms differ by 5 % more from the source at equal triangles; at 0.25 by 1 % less.
 const MIN_AREA_KEPT: f32 = 0.5;
 /// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
 /// At 0.9 and 1, palms differ by less than 2 %.
 const RESCALE_BELOW_AREA: f32 = 0.97;
-/// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns differ by 15 %
-/// more from the source at equal triangles; at 1 by 5 % less, but cards by 80 % more.
+/// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns differ by
+/// 15 % more from the source at equal triangles; at 1 by 5 % less, but cards by 80 % more.
 const SURFACE_TOLERANCE: f32 = 0.5;
-/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With it,
-/// pictures of trees at a given threshold are about as good as pictures of levels without elements.
+/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With
+/// it, pictures of trees at a given threshold are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 
 /// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first

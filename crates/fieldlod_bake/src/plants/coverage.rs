@@ -43,8 +43,8 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     side: 112,
     attempts: 8,
 };
-/// Number and side length of the pictures that measure how many pixels of each vertex are visible. Twice as many views and
-/// pixels per side give equal levels, but a plant's bake takes 1.4 times as long.
+/// Number and side length of the pictures that measure how many pixels of each vertex are visible. Twice as many views
+/// and pixels per side give equal levels, but a plant's bake takes 1.4 times as long.
 const VISIBILITY_VIEWS: usize = 12;
 const VISIBILITY_SIDE_PX: usize = 128;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.

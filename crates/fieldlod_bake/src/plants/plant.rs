@@ -15,14 +15,14 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// Maximum number of times that a level is simplified again. Each time costs as much as the first. Without it, levels of
-/// cards cover 0.93 of the source's area, and those of large crowns 1.03. A third time changes nothing.
+/// Maximum number of times that a level is simplified again. Each time costs as much as the first. Without it, levels
+/// of cards cover 0.93 of the source's area, and those of large crowns 1.03. A third time changes nothing.
 const MAX_CORRECTIONS: usize = 2;
 /// A level within this share of the wanted area is not corrected. Half and twice this share change the difference from
 /// the source at equal triangles by 1 %.
 const AREA_TOLERANCE: f32 = 0.01;
-/// Share of the triangles that levels keep from the second level on: removed triangles are visible when levels change. At
-/// 0.5, levels are as good at equal triangles; at 0.7, there are three to five more levels.
+/// Share of the triangles that levels keep from the second level on: removed triangles are visible when levels change.
+/// At 0.5, levels are as good at equal triangles; at 0.7, there are three to five more levels.
 const MIN_KEPT: f32 = 0.6;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.

@@ -15,7 +15,7 @@ pub struct BakeConfig {
     /// Number of clusters that are simplified together, 2 to 1024. Groups may have up to a third more.
     pub group_clusters: usize,
     /// Share of the triangles that a simplification keeps, above 0 and below [`stuck_ratio`](Self::stuck_ratio). Plants
-    /// with up to 65,536 vertices keep 0.6 to 0.74 from the second level on, so that changes between levels are less
+    /// with up to 65,536 vertices keep at least 0.6 from the second level on, so that changes between levels are less
     /// visible.
     pub simplify_ratio: f32,
     /// A group that keeps more than this share of its triangles is stuck. It is retried with other neighbours on the
@@ -33,8 +33,8 @@ pub struct BakeConfig {
     pub measure_appearance: bool,
     /// Triangle limit for baking up to four primitives of one glTF mesh [together](crate::bake_together). Many of the
     /// triangles must belong to loose elements, as in a tree of bark and leaves. 0 disables it.
-    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the primitives
-    /// would have cracks.
+    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the
+    /// primitives would have cracks.
     pub together_below_triangles: usize,
 }
 

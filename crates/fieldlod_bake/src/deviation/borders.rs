@@ -7,6 +7,7 @@ use rustc_hash::FxHashMap;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Samples per edge. For polygons and curves, points between samples are at most about 2 % farther away.
+/// With 3 and 15, deviations of six meshes do not differ.
 const SAMPLES_PER_EDGE: u32 = 7;
 
 /// Raises the largest squared distance by samples along the open edges of a simplified surface.

@@ -35,18 +35,21 @@ use crate::mesh::triangle_tree::TriangleTree;
 /// Distances below this share of the largest coordinate are rounding errors: three steps of an `f32` between 1 and 2.
 const ROUNDING: f32 = 4e-7;
 /// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
-/// with only such samples are not refined. A larger share is faster, but may miss the farthest point.
+/// with only such samples are not refined. At 0.05 and 0.2, times differ by 4 %; at 0.2, 1 of 62 groups of a cloth
+/// exceeds its stated deviation by 4 %; at 0.5, 15 groups of a cloth and two scans by up to 9 %.
 const REFINE_ABOVE: f32 = 0.1;
-/// Meshes with at most this many triangles are refined everywhere, because it costs little.
+/// Meshes with at most this many triangles are refined everywhere. At 65,536, the bake of a mesh of 46,704 triangles
+/// takes 1.5 times as long. At 16,384, deviations of a mesh of 26,648 are up to 2 % less exact, in three quarters of
+/// the time.
 const SMALL_MESH: usize = 1 << 15;
-/// Levels of larger meshes with at most this many triangles are refined everywhere, because it costs little.
-const SMALL_LEVEL: usize = 1 << 10;
 /// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
 /// triangle. Many small components have more vertices, and a few samples miss their farthest points.
 const MANY_COMPONENTS: f32 = 0.7;
-/// Maximum number of splits into quarters. Each split halves the distance between samples.
+/// Maximum number of splits into quarters. Each split halves the distance between samples. At 4, true deviations come
+/// up to the margin; at 6, they are 1 % nearer to the stated ones. Times do not differ.
 const SPLITS: u32 = 5;
-/// Maximum number of splits for triangles of a large source, which are small.
+/// Maximum number of splits for triangles of a large source, which are small. At 2, 4 of 41 groups of a ball exceed
+/// their stated deviation by up to 4 %, and 1 at 3; at 5, bakes take 4 % longer.
 const SOURCE_SPLITS: u32 = 3;
 
 /// The source surface to which simplified surfaces are compared.
@@ -118,11 +121,9 @@ pub(crate) fn deviation_in_local(
     let level = |triangles: &&[[u32; 3]]| {
         simplified.corners = triangles.as_flattened().to_vec();
         let clusters = [simplified.corners.clone()];
-        let count = triangles.len();
         let measured = source.measure(
             &consumed,
             &vertices,
-            count,
             &simplified,
             &clusters,
             finer_in_scaled,
@@ -175,13 +176,12 @@ impl SourceSurface {
         }
     }
 
-    /// Measures the simplification of `part` into `clusters`, at a level of `triangles_of_level` triangles. The result
-    /// is at least `finer_in_scaled`, the deviation of the finer groups.
+    /// Measures the simplification of `part` into `clusters`. The result is at least `finer_in_scaled`, the deviation of
+    /// the finer groups.
     pub(crate) fn measure(
         &self,
         part: &[Cluster],
         vertices: &LevelVertices,
-        triangles_of_level: usize,
         simplified: &Simplified,
         clusters: &[Vec<u32>],
         finer_in_scaled: f32,
@@ -197,7 +197,7 @@ impl SourceSurface {
         // The deviations of finer groups include the margin.
         let farthest = (least_in_scaled / SAMPLING_MARGIN).max(self.rounding_in_scaled);
         let mut farthest = farthest * farthest;
-        let effort = self.effort(triangles_of_level);
+        let effort = self.effort();
         let target = Target {
             consumed: self.consumed_surface(part, vertices),
             range_in_scaled: finer_in_scaled + self.rounding_in_scaled,
@@ -254,25 +254,20 @@ impl SourceSurface {
         if whole > 0.0 { flipped / whole } else { 0.0 }
     }
 
-    fn effort(&self, triangles_of_level: usize) -> Effort {
+    fn effort(&self) -> Effort {
+        if self.refines_all {
+            let splits = [SPLITS, SPLITS - 3];
+            return Effort {
+                far: 0.0,
+                source_splits: splits,
+                simplified_splits: splits,
+            };
+        }
         // Larger meshes skip low parts of simplified triangles after fewer splits, to save time.
-        let refines_all = self.refines_all || triangles_of_level <= SMALL_LEVEL;
-        let all = [
-            SPLITS,
-            if self.refines_all {
-                SPLITS - 3
-            } else {
-                SPLITS - 2
-            },
-        ];
         Effort {
-            far: if refines_all { 0.0 } else { REFINE_ABOVE },
-            source_splits: if refines_all { all } else { [SOURCE_SPLITS, 0] },
-            simplified_splits: if refines_all {
-                all
-            } else {
-                [SPLITS, SPLITS - 1]
-            },
+            far: REFINE_ABOVE,
+            source_splits: [SOURCE_SPLITS, 0],
+            simplified_splits: [SPLITS, SPLITS - 1],
         }
     }
 

@@ -13,10 +13,11 @@ pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
 /// The margin covers parts whose squared distance is at most this factor times the largest.
 pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// A part is low if its squared height above the nearest triangle is at most this share of the largest squared
-/// distance. Larger shares are faster, but may miss the farthest point.
+/// distance. At 0.35, deviations of six meshes do not differ; at 1.4, 23 of 260 groups exceed their stated deviation,
+/// by up to 4 %.
 const MAX_LOW_HEIGHT: f32 = 0.7;
 /// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may
-/// be above a gap.
+/// be above a gap. At 0.03, deviations of six meshes do not differ; at 0.12, bakes are 6 % faster.
 const MAX_BESIDE: f32 = 0.06;
 
 /// The surface to which distances are measured.

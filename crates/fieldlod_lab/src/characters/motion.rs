@@ -53,7 +53,8 @@ pub struct MotionFrame {
 pub struct Holes {
     /// All pixels. Gaps between separate pieces count, because outlines inside the silhouette move as well.
     pub px: f64,
-    /// Pixels at most [`OUTLINE_PX`] from an edge that the level opens: there, the surface has a crack.
+    /// Pixels at most [`OUTLINE_PX`] from an edge that the level opens. Cracks have such edges; so have small pieces that
+    /// levels keep in front of a closed surface.
     pub cracks_px: f64,
 }
 

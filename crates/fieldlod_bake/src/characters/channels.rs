@@ -10,7 +10,8 @@ use rayon::prelude::*;
 /// Components per vertex. 6 describe nearly all of the motion of the characters measured; 12 leave room for other
 /// characters. The simplifier takes time and memory for each.
 pub(super) const CHANNELS: usize = 12;
-/// Number of iterations. The largest components converge first. An inexact basis mixes components, but loses little.
+/// Number of iterations. The largest components converge first. With 4, characters have 4 % more triangles at equal
+/// deviation; with 16, as many.
 const ITERATIONS: usize = 8;
 
 /// For each vertex, [`CHANNELS`] components of its positions in all `poses`, in local units.

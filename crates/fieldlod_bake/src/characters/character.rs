@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use fieldlod_hierarchy::{Hierarchy, SourceHash};
 use glam::Vec3;
-use rustc_hash::FxHashMap;
 
 use crate::import::{Import, ImportedPrimitive, Rig, Skin};
 use crate::mesh::SourceMesh;
 use crate::mesh::components::components_of;
+use crate::mesh::topology::Topology;
 use crate::plants::together::{Joint, as_one_mesh};
 
 /// Primitives that change their levels together.
@@ -19,7 +19,7 @@ pub struct Character<'a> {
     pub parts: Vec<Part<'a>>,
     /// All parts as one mesh, in the bind pose.
     pub mesh: SourceMesh,
-    /// For each vertex, the index of its connected component. Vertices of a part at the same position are connected.
+    /// For each vertex, the index of its connected component. Parts that meet are connected.
     pub(super) component: Vec<u32>,
     pub(super) skin: Option<&'a Skin>,
     /// For each vertex, the joints that move it and their weights, which sum to 1. Empty without a skin.
@@ -98,7 +98,7 @@ impl<'a> Character<'a> {
         let mesh = as_one_mesh(&meshes.collect::<Vec<_>>(), Joint::Surface);
         let skin = parts.first().and_then(|part| part.rig.skin);
         let mut character = Self {
-            component: component_of_vertices(&parts, &mesh),
+            component: component_of_vertices(&mesh),
             parts,
             mesh,
             skin: skin.map(|skin| &skins[skin as usize]),
@@ -158,19 +158,10 @@ impl<'a> Character<'a> {
     }
 }
 
-fn component_of_vertices(parts: &[Part<'_>], mesh: &SourceMesh) -> Vec<u32> {
-    let mut same_position = vec![0; mesh.positions.len()];
-    for part in parts {
-        let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
-        for vertex in part.vertices.clone() {
-            // Adding zero turns −0 into +0, so that both have the same bits.
-            let position = mesh.positions[vertex as usize].to_array();
-            let first = first_at.entry(position.map(|x| (x + 0.0).to_bits()));
-            same_position[vertex as usize] = *first.or_insert(vertex);
-        }
-    }
+fn component_of_vertices(mesh: &SourceMesh) -> Vec<u32> {
     let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
     let is_locked = vec![false; positions.len()];
+    let same_position = Topology::exact(mesh).place;
     let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
     let mut component_of = vec![0; positions.len()];
     for (index, component) in (0..).zip(&components) {

@@ -13,21 +13,24 @@ use super::poses::Pose;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Number of samples on the whole source, without corners. It determines the spacing of samples on all levels. More
-/// samples find larger distances between corners, and cost time in proportion.
+/// Number of samples on the whole source, without corners. It determines the spacing of samples on all levels. With half
+/// as many, CesiumMan has 3 % more triangles at equal deviation; with twice as many, all characters have 1 % fewer, and
+/// bakes and measurements take 1.6 times as long.
 const SAMPLES: f32 = 4096.0;
-/// The largest number of sample rows on one triangle. It limits the time that a large triangle takes.
+/// The largest number of sample rows on one triangle. It limits the time that a large triangle takes. With 6, CesiumMan
+/// has 4 % more triangles at equal deviation; with 24, no character has fewer.
 const MOST_ROWS: u32 = 12;
 /// Searches end early at distances below this share of the largest. The distances of components are then upper bounds,
-/// by which small components keep their triangles: with looser bounds, BrainStem's coarsest level has 1,231 instead of
-/// 1,257 triangles. A smaller share searches more.
+/// by which small components keep their triangles. With 0, BrainStem loses its coarsest level of 1,156 triangles; other
+/// levels and times stay equal. With half or double, the other characters have equal levels.
 const IGNORED: f32 = 0.25;
 /// Bounds below this share of the largest squared distance cannot raise it. Larger shares are within rounding errors.
 const ROUNDING: f32 = 0.99;
 /// A triangle is a needle if the squared sine of the angle at its first corner is smaller: its area is mostly rounding.
 const NEEDLE: f32 = 1e-9;
 /// One sample in this many counts in the mean, whose searches cannot end early. Searches of the same samples also do not
-/// stop at [`IGNORED`], so that small components have some exact distances.
+/// stop at [`IGNORED`], so that small components have some exact distances. With 4, bakes and measurements take 8 %
+/// longer; with 16, 8 % less time, but the mean has fewer samples. Levels are equal.
 const MEAN_STEP: usize = 8;
 /// Distance between copies of a triangle while a tree is built, relative to the largest coordinate. Smaller distances
 /// are lost to rounding; larger distances take copies away from their neighbours in the tree.

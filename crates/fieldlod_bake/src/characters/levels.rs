@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::character::{Character, Part};
 use super::deviation::{deviations, deviations_of_components, mean_distances};
 use super::poses::{Pose, Training};
-use super::simplify::{Simplifier, Way};
+use super::simplify::Simplifier;
 use crate::config::BakeConfig;
 use crate::import::Import;
 use crate::mesh::MeshError;
@@ -24,27 +24,10 @@ const FEWEST_TRIANGLES: usize = 24;
 const ERROR_PER_RMS: f32 = 4.0;
 /// The largest number of vertices that 16-bit indices reach.
 const MOST_VERTICES: usize = 1 << 16;
-/// Ways to simplify. Each level uses the way that deviates least. A strength of 1 is best for the largest deviation of
-/// many characters, and 4 for the mean. Two ways let texture seams tear, because hard-edged characters have too many to
-/// keep.
-const WAYS: [Way; 4] = [
-    Way {
-        strength: 0.0,
-        keeps_seams: true,
-    },
-    Way {
-        strength: 1.0,
-        keeps_seams: false,
-    },
-    Way {
-        strength: 4.0,
-        keeps_seams: false,
-    },
-    Way {
-        strength: 4.0,
-        keeps_seams: true,
-    },
-];
+/// Strengths of poses relative to shape. Each level uses the strength that deviates least. Triangles at equal deviation,
+/// mean of four characters: without 0, 1 or 4 they are 24, 4 or 20 % more; with 2 or 8 in place of 4, 18 % more; with
+/// 0.5 or 2 in place of 1, 2 % more. A fourth candidate, 4 with protected texture seams, saves 0.2 %.
+const STRENGTHS: [f32; 3] = [0.0, 1.0, 4.0];
 
 /// A level of the whole character, measured in the training poses.
 struct Level {
@@ -106,12 +89,12 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
         let target = (count as f32 * config.simplify_ratio) as usize;
         (target >= FEWEST_TRIANGLES).then_some(target)
     });
-    let jobs: Vec<(usize, Way)> = targets
+    let jobs = targets
         .skip(1)
-        .flat_map(|target| WAYS.map(|way| (target, way)))
-        .collect();
+        .flat_map(|target| STRENGTHS.map(|strength| (target, strength)));
+    let jobs: Vec<(usize, f32)> = jobs.collect();
     let simplified = jobs.par_iter();
-    let simplified = simplified.map(|(target, way)| simplifier.simplify(*target, *way));
+    let simplified = simplified.map(|(target, strength)| simplifier.simplify(*target, *strength));
     let candidates: Vec<Vec<[u32; 3]>> = simplified.collect();
     let measured = deviations_of_components(character, few, &candidates);
     let candidates: Vec<_> = candidates.into_iter().zip(measured).collect();
@@ -121,7 +104,7 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
         rms: 0.0,
     }];
     let mut simplified = Vec::new();
-    for of_level in candidates.chunks(WAYS.len()) {
+    for of_level in candidates.chunks(STRENGTHS.len()) {
         let last = &levels[levels.len() - 1];
         let most = last.triangles.len() as f32 * config.stuck_ratio;
         let with_floor = of_level.iter().map(|(triangles, of_components)| {

@@ -7,29 +7,32 @@ use crate::import::rig::ancestors;
 use crate::import::{Channel, Clip, Import, Node, Property};
 use crate::mesh::MAX_COORDINATE;
 
-/// Poses chosen from clips. Held-out clips deviate up to 1.9 times as far as 8 chosen poses, and up to 1.5 times as far
-/// as 16. More poses cost time in proportion.
+/// Poses chosen from clips. With 8, characters have 6 % more triangles at equal deviation, and held-out clips reach 0.82
+/// instead of 0.73 of the stated deviation. With 32, they have 1 % more, and bakes take a third longer.
 const CHOSEN: usize = 16;
 /// Poses of all clips to choose from. Bounds the memory for files with thousands of clips.
 const MOST_CANDIDATES: usize = 1 << 12;
-/// Poses of one clip to choose from. Denser poses of a clip hardly differ.
+/// Poses of one clip to choose from. With 16, 32 or 128, skinned characters have 3 % fewer to 2 % more triangles at
+/// equal deviation.
 const MOST_OF_CLIP: usize = 64;
 /// Instances of a character that are posed with their own morph weights. Bounds the time for damaged files.
 const MOST_INSTANCES: usize = 16;
-/// Vertices by which poses are compared. They show which joints move; all vertices would cost as much as the bake.
+/// Vertices by which poses are compared. With 64, characters have 2 % more triangles at equal deviation, and the knight's
+/// held-out clips reach 0.89 instead of 0.69 of the stated deviation. With 512, triangles differ by less than 1 %.
 const COMPARED_VERTICES: usize = 256;
 /// Number of joints that are bent. Joints with the most weight come first. The rest are fingers and the like, which
-/// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated.
+/// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated. With 32 or
+/// 128, the characters of the lab's record have equal levels.
 const MOST_BENT: usize = 64;
-/// Angle by which joints are bent without clips, about each axis in both directions. Clips bend most joints less;
-/// larger bends make guarantees coarser.
+/// Angle by which joints are bent without clips, about each axis in both directions. At half of it, a clip of the fox
+/// deviates 1.07 times as far as stated, instead of 0.75 times. At double the angle, guarantees are up to 25 % larger.
 const BEND: f32 = 1.3;
-/// With fewer poses of clips than this, joints are bent as well. Levels that are chosen by half of a walk deviate 1.7
-/// times as far in the other half.
-const FEW: usize = 128;
-/// Angle by which joints are bent beside clips, which show the larger bends themselves.
+/// Angle by which joints are bent beside clips, which show the larger bends themselves. Without bent joints, a held-out
+/// clip of CesiumMan deviates 1.15 times as far as stated; at half of the angle 1.00 times; at double the angle, the
+/// guarantee is 9 % larger.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
 /// Poses that guide the simplification and choose between its results. Each one costs a measurement of every candidate.
+/// With 16, characters have 5 % more triangles at equal deviation. More than 32 are only used with many morph targets.
 const MOST_MADE_FOR: usize = 32;
 
 /// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
@@ -103,14 +106,15 @@ pub(super) struct Training {
 }
 
 impl Training {
-    /// The bind pose, poses of clips, each morph target, and each joint bent if there are few poses of clips.
+    /// The bind pose, poses of clips, each morph target, and each joint bent.
     pub(super) fn of(character: &Character<'_>, import: &Import) -> Self {
         let of_clips = clip_poses(character, import, &import.clips);
-        let bent = match of_clips.len() {
-            0 => bent_poses(character, import, BEND),
-            count if count < FEW => bent_poses(character, import, BEND_BESIDE_CLIPS),
-            _ => Vec::new(),
+        let angle = if of_clips.is_empty() {
+            BEND
+        } else {
+            BEND_BESIDE_CLIPS
         };
+        let bent = bent_poses(character, import, angle);
         let rest = Rig::of(character, import).poses(&[]);
         let first = std::iter::once(Pose::default()).chain(rest).collect();
         let varied = if of_clips.is_empty() {

@@ -21,15 +21,6 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{SourceMesh, adapter};
 
-/// Parameters of a simplification.
-#[derive(Clone, Copy)]
-pub(super) struct Way {
-    /// Weight of poses relative to shape. 0 ignores poses.
-    pub(super) strength: f32,
-    /// Protects vertices at texture seams.
-    pub(super) keeps_seams: bool,
-}
-
 /// A character, ready to be simplified.
 pub(super) struct Simplifier<'a> {
     character: &'a Character<'a>,
@@ -69,26 +60,24 @@ impl<'a> Simplifier<'a> {
         }
     }
 
-    /// The character with about `target` triangles.
-    pub(super) fn simplify(&self, target: usize, way: Way) -> Vec<[u32; 3]> {
-        let layout = &self.vertices.layout;
-        let mut weights = layout.weights.clone();
+    /// The character with about `target` triangles. `strength` is the weight of poses relative to shape. At 0, poses are
+    /// ignored and texture seams are protected. Other strengths let seams tear, because hard-edged characters have too
+    /// many to keep.
+    pub(super) fn simplify(&self, target: usize, strength: f32) -> Vec<[u32; 3]> {
+        let mut weights = self.vertices.layout.weights.clone();
         let mut rows = Vec::new();
-        if way.strength > 0.0 {
-            let weight = self.channel_weight * way.strength * (target as f32).sqrt();
+        let mut locks = &self.vertices.protection;
+        if strength > 0.0 {
+            let weight = self.channel_weight * strength * (target as f32).sqrt();
             weights.extend([weight; CHANNELS]);
             for (vertex, channels) in (0..).zip(&self.channels) {
                 rows.extend(self.vertices.row(vertex));
                 rows.extend(channels);
             }
+            locks = &self.between_parts;
         } else {
             rows.extend(self.vertices.rows());
         }
-        let locks = if way.keeps_seams {
-            &self.vertices.protection
-        } else {
-            &self.between_parts
-        };
         let corners = meshopt::simplify_with_attributes_and_locks(
             &self.indices,
             &adapter(&self.vertices.positions),

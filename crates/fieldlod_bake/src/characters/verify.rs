@@ -30,7 +30,7 @@ impl RiggedVerified {
 }
 
 /// Checks the hierarchies of all primitives that have a skin or morph targets. Every invariant is checked. Deviations
-/// are measured in poses of the clips, of morph targets, and of bent joints if the clips have few keyframes.
+/// are measured in poses of the clips, of morph targets, and of bent joints.
 ///
 /// `baked` has a hierarchy for each primitive of the import. Hierarchies of other primitives are ignored. The result is
 /// in the order of the import.

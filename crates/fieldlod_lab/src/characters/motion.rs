@@ -48,12 +48,13 @@ pub struct MotionFrame {
     pub plain_holes: Holes,
 }
 
-/// Background where full detail covers a pixel and everything within [`OUTLINE_PX`].
+/// Background where full detail covers a pixel and everything within 2 px.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Holes {
     /// All pixels. Gaps between separate pieces count, because outlines inside the silhouette move as well.
     pub px: f64,
-    /// Pixels at most [`OUTLINE_PX`] from an edge that the level opens: there, the surface has a crack.
+    /// Pixels at most 2 px from an edge that the level opens. Cracks have such edges; so have small pieces that
+    /// levels keep in front of a closed surface.
     pub cracks_px: f64,
 }
 

@@ -199,28 +199,27 @@ impl Criterion {
     pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
         let run_with = |branches| run(&Self { branches, ..*self });
         let branches = self.branches;
-        let usual = |is_perspective, counts_error, counts_displacement| Branches {
+        let usual = |is_perspective, counts_outside| Branches {
             is_perspective,
             is_similarity: true,
             is_relaxed: false,
-            counts_error,
-            counts_displacement,
-            ..branches
+            counts_outside,
+            counts_error: true,
+            counts_displacement: false,
         };
-        let Branches {
-            is_perspective,
-            counts_error,
-            counts_displacement,
-            ..
-        } = branches;
-        if branches == usual(is_perspective, counts_error, counts_displacement) {
-            match (is_perspective, counts_error, counts_displacement) {
-                (true, true, false) => return run_with(usual(true, true, false)),
-                (true, false, true) => return run_with(usual(true, false, true)),
-                (true, true, true) => return run_with(usual(true, true, true)),
-                (false, true, false) => return run_with(usual(false, true, false)),
-                _ => {}
-            }
+        let deviations = Branches {
+            counts_error: false,
+            counts_displacement: true,
+            ..usual(true, branches.counts_outside)
+        };
+        let is_perspective = branches.is_perspective;
+        match (is_perspective, branches.counts_outside) {
+            _ if branches == deviations => return run_with(deviations),
+            _ if branches != usual(is_perspective, branches.counts_outside) => {}
+            (true, false) => return run_with(usual(true, false)),
+            (true, true) => return run_with(usual(true, true)),
+            (false, false) => return run_with(usual(false, false)),
+            (false, true) => return run_with(usual(false, true)),
         }
         match branches {
             _ if !is_perspective => run_with(Branches {

@@ -1,8 +1,6 @@
 //! The fast selection equals its specification, bit for bit.
 
-use fieldlod_select::{
-    Cut, InstanceView, LodSettings, group_error_px, naive, select, select_with,
-};
+use fieldlod_select::{Cut, InstanceView, LodSettings, group_error_px, naive, select, select_with};
 use proptest::prelude::*;
 
 use crate::scenes::{any_placement, any_view, hierarchies};

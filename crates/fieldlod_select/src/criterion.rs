@@ -193,32 +193,50 @@ impl Criterion {
         }
     }
 
-    /// Calls `run` with this criterion. For most instances, the compiler knows the branches, and a loop over lanes that
-    /// it turns into vector instructions leaves out the others.
+    /// Calls `run` with this criterion. The compiler knows most of its branches: a loop over lanes that it turns into
+    /// vector instructions computes all branches that it does not know.
     #[inline(always)]
     pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
-        let usual = |is_perspective, counts_outside| Self {
-            branches: Branches {
-                is_perspective,
-                counts_outside,
-                is_similarity: true,
-                is_relaxed: false,
-                counts_error: true,
-                counts_displacement: false,
-            },
-            ..*self
-        };
-        let Branches {
+        let run_with = |branches| run(&Self { branches, ..*self });
+        let branches = self.branches;
+        let usual = |is_perspective, counts_outside| Branches {
             is_perspective,
+            is_similarity: true,
+            is_relaxed: false,
             counts_outside,
-            ..
-        } = self.branches;
-        match (is_perspective, counts_outside) {
-            _ if self.branches != usual(is_perspective, counts_outside).branches => run(&{ *self }),
-            (true, false) => run(&usual(true, false)),
-            (true, true) => run(&usual(true, true)),
-            (false, false) => run(&usual(false, false)),
-            (false, true) => run(&usual(false, true)),
+            counts_error: true,
+            counts_displacement: false,
+        };
+        let deviations = Branches {
+            counts_error: false,
+            counts_displacement: true,
+            ..usual(true, branches.counts_outside)
+        };
+        let is_perspective = branches.is_perspective;
+        match (is_perspective, branches.counts_outside) {
+            _ if branches == deviations => return run_with(deviations),
+            _ if branches != usual(is_perspective, branches.counts_outside) => {}
+            (true, false) => return run_with(usual(true, false)),
+            (true, true) => return run_with(usual(true, true)),
+            (false, false) => return run_with(usual(false, false)),
+            (false, true) => return run_with(usual(false, true)),
+        }
+        match branches {
+            _ if !is_perspective => run_with(Branches {
+                is_perspective: false,
+                ..branches
+            }),
+            Branches {
+                is_relaxed: false, ..
+            } => run_with(Branches {
+                is_perspective: true,
+                is_relaxed: false,
+                ..branches
+            }),
+            _ => run_with(Branches {
+                is_perspective: true,
+                ..branches
+            }),
         }
     }
 

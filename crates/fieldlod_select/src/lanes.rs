@@ -35,6 +35,7 @@ impl<const N: usize> Eight<N> {
         elements
     }
 
+    #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, item: [f32; N]) {
         for (column, number) in self.0.iter_mut().zip(item) {
             column[lane] = number;
@@ -42,10 +43,14 @@ impl<const N: usize> Eight<N> {
     }
 
     #[inline(always)]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators keep the compiler from vector instructions"
+    )]
     pub(crate) fn at(&self, lane: usize) -> [f32; N] {
         let mut item = [0.0; N];
-        for (number, column) in item.iter_mut().zip(&self.0) {
-            *number = column[lane];
+        for column in 0..N {
+            item[column] = self.0[column][lane];
         }
         item
     }

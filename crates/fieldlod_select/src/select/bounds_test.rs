@@ -114,7 +114,11 @@ impl BoundsTest {
         let [.., error_weighed, deviation] = bounds;
         let error = larger(error_weighed * self.error_px, deviation * self.deviation_px);
         let needed = error + radius;
-        let (fits, is_far) = (error <= 1.0, needed * needed < center.dot(center));
-        if self.is_orthographic { fits } else { is_far }
+        let is_far = needed * needed < center.dot(center);
+        if self.is_orthographic {
+            error <= 1.0
+        } else {
+            is_far
+        }
     }
 }

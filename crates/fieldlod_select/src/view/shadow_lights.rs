@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::View;
 use super::sides::planes_in_camera;
 use crate::lanes::bits::LANES;
+use crate::lanes::smaller;
 use crate::scene::columns::{EightSpheres, sphere_at};
 
 /// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
@@ -85,27 +86,26 @@ impl ShadowTest {
     pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
         let mut dark = [1; LANES];
         for light in &self.lights {
-            let mut is_apart = [0; LANES];
+            let mut inside_by = [f32::INFINITY; LANES];
             match light {
                 LightTest::Sun(sides) => {
                     for (inward, offset) in sides {
-                        for (lane, is_apart) in is_apart.iter_mut().enumerate() {
+                        for (lane, least) in inside_by.iter_mut().enumerate() {
                             let (center, radius) = sphere_at(seen, lane);
-                            let inside_by = center.dot(*inward) + (offset + radius);
-                            *is_apart |= u8::from(inside_by < 0.0);
+                            *least = smaller(center.dot(*inward) + (offset + radius), *least);
                         }
                     }
                 }
                 LightTest::Lamp(reach) => {
-                    for (lane, is_apart) in is_apart.iter_mut().enumerate() {
+                    for (lane, inside_by) in inside_by.iter_mut().enumerate() {
                         let away = sphere_at(spheres, lane).0 - reach.center;
                         let least = sphere_at(seen, lane).1 + reach.radius;
-                        *is_apart = u8::from(least < away.dot(away).sqrt());
+                        *inside_by = least - away.dot(away).sqrt();
                     }
                 }
             }
-            for (dark, is_apart) in dark.iter_mut().zip(is_apart) {
-                *dark &= is_apart;
+            for (dark, inside_by) in dark.iter_mut().zip(inside_by) {
+                *dark &= u8::from(inside_by < 0.0);
             }
         }
         dark

@@ -49,6 +49,10 @@ const VISIBILITY_VIEWS: usize = 12;
 const VISIBILITY_SIDE_PX: usize = 128;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.
 const AREA_TOLERANCE: f32 = 0.003;
+/// Limits for the change of the elements' gain in one correction, and for a level's total correction: a level of few
+/// leaves may never cover the wanted area. Usual plants do not reach them.
+const MAX_GAIN_STEP: f32 = 1.6;
+const MAX_CORRECTION: f32 = 2.5;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
 
@@ -107,7 +111,7 @@ impl Coverage {
             if (wanted - 1.0).abs() <= AREA_TOLERANCE {
                 break;
             }
-            gain *= wanted;
+            gain = (gain * wanted).clamp(MAX_CORRECTION.recip(), MAX_CORRECTION);
             for part in &parts {
                 let scaled_vertices = task.scaled_vertices(&before, part, gain);
                 for (own, position) in scaled_vertices {
@@ -211,7 +215,9 @@ impl Response {
         } else {
             2.0
         };
-        wanted_ratio.powf(power)
+        wanted_ratio
+            .powf(power)
+            .clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
     }
 }
 

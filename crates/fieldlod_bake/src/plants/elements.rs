@@ -14,6 +14,9 @@ use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
+/// Limit for the growth of an element by a replacement or by flattening. Without it, an element with hardly any visible
+/// pixels, or a thin triangle, may grow far beyond its neighbours. Usual plants do not reach it.
+const MAX_GROWTH: f32 = 4.0;
 /// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned:
 /// at 0.8, crowns differ by 10 to 20 % more from the source at equal triangles; below 0.2, nothing changes.
 const FLATTENING_COST: f32 = 0.2;
@@ -85,7 +88,7 @@ impl Task<'_> {
         let mean = self.mean_row(&simplified.rows, &before);
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
-        let area = before.area * self.area_gain;
+        let area = (before.area * self.area_gain).min(element.area * MAX_GROWTH);
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
@@ -106,8 +109,8 @@ impl Task<'_> {
         let other = self.mean_row(&simplified.rows, pruned);
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
-        // An element without visible pixels would grow without limit, and keeps its size.
-        let grown = element.area / (1.0 - share) * self.area_gain;
+        let growth = (1.0 - share).recip().min(MAX_GROWTH);
+        let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
         element.visible_px = visible_px;
     }

@@ -21,8 +21,8 @@ use crate::mesh::components::{Component, components_of};
 
 /// A group with fewer loose components is not an aggregate. At 3 and 12, plants differ by less than 2 %.
 const MIN_ELEMENTS: usize = 6;
-/// Largest share of a group's triangles in one element. Larger components are surfaces. At 0.1 and
-/// 0.4, plants differ by about 1 %.
+/// Largest share of a group's triangles in one element. Larger components are surfaces. At 0.1 and 0.4, plants differ
+/// by about 1 %.
 const MAX_ELEMENT_SHARE: f32 = 0.2;
 /// If elements have at most this many triangles on average, they are flattened and pruned instead of simplified. At
 /// 4, palms differ by 4 % less from the source at equal triangles; at 16 by 4 % more.
@@ -35,12 +35,16 @@ const MIN_AREA_KEPT: f32 = 0.5;
 /// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
 /// At 0.9 and 1, palms differ by less than 2 %.
 const RESCALE_BELOW_AREA: f32 = 0.97;
+/// Surfaces between elements keep at least this share of their triangles, even if elements need the whole budget.
+const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns differ by
 /// 15 % more from the source at equal triangles; at 1 by 5 % less, but cards by 80 % more.
 const SURFACE_TOLERANCE: f32 = 0.5;
-/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With
-/// it, pictures of trees at a given threshold are about as good as pictures of levels without elements.
+/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With it,
+/// pictures of trees at a given threshold are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
+/// Elements keep at least this share of their triangles, even if surfaces use up the budget.
+const MIN_ELEMENT_RATIO: f32 = 0.125;
 
 /// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first
 /// vertex at each vertex's position.
@@ -79,12 +83,12 @@ impl Task<'_> {
         let (surface, surface_error) = self.simplify_part(
             &mut simplified,
             &corners,
-            surface_ratio.clamp(0.0, 1.0),
+            surface_ratio.clamp(SURFACE_RATIO, 1.0),
             radius * SURFACE_TOLERANCE,
         );
         // Elements get the rest of the budget.
         // Surfaces may end above or below their part of the budget.
-        let left = wanted - surface.len() as f32 / 3.0;
+        let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
         let (elements, element_error) = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
         let element_squares = elements.iter().map(|element| {

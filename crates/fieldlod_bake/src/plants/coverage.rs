@@ -43,18 +43,21 @@ const OF_KNOWN_SURFACE: Pictures = Pictures {
     side: 112,
     attempts: 8,
 };
-/// Number and side length of the pictures that measure how many pixels of each vertex are visible. Twice as many views
-/// and pixels per side give equal levels, but a plant's bake takes 1.4 times as long.
-const VISIBILITY_VIEWS: usize = 12;
-const VISIBILITY_SIDE_PX: usize = 128;
+/// Number and side length of the pictures that measure how many pixels of each vertex are visible. With few pixels, the
+/// visibility of small leaves is random; the time grows with the pixels.
+const VISIBILITY_VIEWS: usize = 24;
+const VISIBILITY_SIDE_PX: usize = 256;
+/// Levels aim to cover at least this share of the source's area, and at most all of it.
+const TARGET_AREA: f32 = 0.98;
+/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area.
+const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.
 const AREA_TOLERANCE: f32 = 0.003;
-/// Limits for the change of the elements' gain in one correction, and for a level's total correction: a level of few
-/// leaves may never cover the wanted area. Usual plants do not reach them.
-const MAX_GAIN_STEP: f32 = 1.6;
-const MAX_CORRECTION: f32 = 2.5;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
+
+/// Limit for the change of the elements' gain in one correction.
+const MAX_GAIN_STEP: f32 = 1.6;
 
 /// The area that the source covers in pictures.
 pub(crate) struct Coverage {
@@ -89,7 +92,8 @@ impl Coverage {
     /// The wanted area divided by the covered area.
     fn wanted(&self, covered: f32) -> f32 {
         // At least a pixel each: a level may cover none.
-        self.of_source.max(1.0) / covered.max(1.0)
+        let share = covered.max(1.0) / self.of_source.max(1.0);
+        share.clamp(TARGET_AREA, 1.0) / share
     }
 
     /// Scales a simplified mesh until it covers the wanted area. Elements grow or shrink; surfaces only grow.

@@ -14,15 +14,20 @@ use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
 
-/// Limit for the growth of an element by a replacement or by flattening. Without it, an element with hardly any visible
-/// pixels, or a thin triangle, may grow far beyond its neighbours. Usual plants do not reach it.
+/// Exponent for the growth of an element that replaces another. The base is the visible pixels of both, divided by its
+/// own. It is below 1, because large leaves look worse than a few missing leaves; [coverage](crate::plants::coverage)
+/// adds growth if needed.
+const GROWTH: f32 = 0.6;
+/// Limit for the growth in one replacement. An element without visible pixels would otherwise grow without limit.
 const MAX_GROWTH: f32 = 4.0;
 /// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned:
-/// at 0.8, crowns differ by 10 to 20 % more from the source at equal triangles; below 0.2, nothing changes.
-const FLATTENING_COST: f32 = 0.2;
+/// at 0.8, crowns differ by 10 to 20 % more from the source at equal triangles.
+const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
 /// would move its part differently. At 8 and 32, palms differ by less than 3 %.
 pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
+/// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
+const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
 impl Task<'_> {
     /// Flattens and prunes elements, down to `wanted` triangles if possible. The step that changes the fewest visible
@@ -88,7 +93,7 @@ impl Task<'_> {
         let mean = self.mean_row(&simplified.rows, &before);
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
-        let area = (before.area * self.area_gain).min(element.area * MAX_GROWTH);
+        let area = (before.area * self.area_gain).min(element.area * MAX_FLATTENING_GROWTH);
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
@@ -109,7 +114,7 @@ impl Task<'_> {
         let other = self.mean_row(&simplified.rows, pruned);
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
-        let growth = (1.0 - share).recip().min(MAX_GROWTH);
+        let growth = (1.0 - share).recip().powf(GROWTH).min(MAX_GROWTH);
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
         element.visible_px = visible_px;

@@ -16,14 +16,19 @@ use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
 /// Maximum number of times that a level is simplified again. Each time costs as much as the first. Without it, levels
-/// of cards cover 0.93 of the source's area, and those of large crowns 1.03. A third time changes nothing.
-const MAX_CORRECTIONS: usize = 2;
+/// of cards cover 0.93 of the source's area, and those of large crowns 1.03.
+const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected. Half and twice this share change the difference from
 /// the source at equal triangles by 1 %.
 const AREA_TOLERANCE: f32 = 0.01;
-/// Share of the triangles that levels keep from the second level on: removed triangles are visible when levels change.
-/// At 0.5, levels are as good at equal triangles; at 0.7, there are three to five more levels.
+/// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
+/// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
+const MAX_REMOVED_GROWTH: f32 = 1.25;
 const MIN_KEPT: f32 = 0.6;
+/// [`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels) skips levels that keep over 0.75.
+const MAX_KEPT: f32 = 0.74;
+/// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
+const STUCK_MARGIN: f32 = 0.9;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.
 pub(crate) struct Plant<'a> {
@@ -139,13 +144,16 @@ impl PlantLevel<'_> {
 
 /// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
 fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
-    // A larger `simplify_ratio` gives more levels; a smaller ratio has no effect from the second level on.
-    let wanted = config.simplify_ratio;
-    if left >= 1.0 {
-        wanted
-    } else {
-        MIN_KEPT.clamp(wanted, config.stuck_ratio)
+    let removed = 1.0 - left;
+    if removed <= 0.0 {
+        return config.simplify_ratio;
     }
+    // A larger `simplify_ratio` gives more levels; a smaller ratio has no effect here.
+    let wanted = config.simplify_ratio;
+    let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
+    let most = most.max(wanted);
+    let least = MIN_KEPT.clamp(wanted, most);
+    ((1.0 - MAX_REMOVED_GROWTH * removed) / left).clamp(least, most)
 }
 
 /// The triangles of a level. Stuck groups are drawn unsimplified.

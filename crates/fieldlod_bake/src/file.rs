@@ -21,7 +21,7 @@ use crate::report::BakeReport;
 /// Primitives with at least this many triangles are drawn in units by default, and are baked separately. At 20,480
 /// triangles, units draw 5 % fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`,
 /// "frame, kinds"). Smaller primitives of one mesh are drawn as wholes, and change their levels together. Primitives
-/// that share too many border vertices also change their levels together, because they would have cracks.
+/// that share too many border vertices also change their levels together: otherwise they would have cracks.
 const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.

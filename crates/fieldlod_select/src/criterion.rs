@@ -193,8 +193,8 @@ impl Criterion {
         }
     }
 
-    /// Calls `run` with this criterion. The compiler knows most of its branches: a loop over lanes that it turns into
-    /// vector instructions computes all branches that it does not know.
+    /// Calls `run` with this criterion, in which most branches are compile-time constants. Vectorized loops compute
+    /// both sides of the other branches.
     #[inline(always)]
     pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
         let run_with = |branches| run(&Self { branches, ..*self });

@@ -6,7 +6,7 @@
 //! walkthrough by each method.
 //!
 //! The distances of hand-made levels have a common factor, at which their image error is that of the plugin at 1 px
-//! (`high`). `-- town medium` also finds the factor for its image error at 2 px.
+//! (`high`). `-- town medium` also finds the factor for the plugin at 2 px.
 //!
 //! `FIELDLOD_PICTURES=folder` writes a picture of each.
 //!

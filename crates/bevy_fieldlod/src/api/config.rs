@@ -139,7 +139,7 @@ impl Default for LodMemory {
 impl Default for FieldLodAppConfig {
     /// Plain below 100 triangles, units from 20,000 on; no cache.
     ///
-    /// Smaller meshes save few triangles with levels. Between the thresholds, units save at most 5 % of the triangles
+    /// Rocks of 80 triangles save no triangles with levels, those of 320 half. Between the thresholds, units save at most 5 % of the triangles
     /// of whole meshes, and need more than twice the entities (`tests/benches/RECORD.md`, "frame, kinds").
     fn default() -> Self {
         Self {

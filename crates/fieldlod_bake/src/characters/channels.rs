@@ -11,7 +11,7 @@ use rayon::prelude::*;
 /// characters. The simplifier takes time and memory for each.
 pub(super) const CHANNELS: usize = 12;
 /// Number of iterations. The largest components converge first. With 4, characters have 4 % more triangles at equal
-/// deviation; with 16, as many.
+/// deviation; with 16, equally many.
 const ITERATIONS: usize = 8;
 
 /// For each vertex, [`CHANNELS`] components of its positions in all `poses`, in local units.

@@ -24,9 +24,9 @@ const FEWEST_TRIANGLES: usize = 24;
 const ERROR_PER_RMS: f32 = 4.0;
 /// The largest number of vertices that 16-bit indices reach.
 const MOST_VERTICES: usize = 1 << 16;
-/// Strengths of poses relative to shape. Each level uses the strength that deviates least. Triangles at equal deviation,
-/// mean of four characters: without 0, 1 or 4 they are 24, 4 or 20 % more; with 2 or 8 in place of 4, 18 % more; with
-/// 0.5 or 2 in place of 1, 2 % more. A fourth candidate, 4 with protected texture seams, saves 0.2 %.
+/// Strengths of poses relative to shape. Each level uses the strength that deviates least. Without 0, 1 or 4, four
+/// characters need 24, 4 or 20 % more triangles at equal deviation; with 2 or 8 in place of 4, 18 % more; with 0.5 or 2
+/// in place of 1, 2 % more. A fourth candidate, 4 with protected texture seams, saves 0.2 %.
 const STRENGTHS: [f32; 3] = [0.0, 1.0, 4.0];
 
 /// A level of the whole character, measured in the training poses.

@@ -12,8 +12,8 @@ use crate::mesh::MAX_COORDINATE;
 const CHOSEN: usize = 16;
 /// Poses of all clips to choose from. Bounds the memory for files with thousands of clips.
 const MOST_CANDIDATES: usize = 1 << 12;
-/// Poses of one clip to choose from. With 16, 32 or 128, skinned characters have 3 % fewer to 2 % more triangles at
-/// equal deviation.
+/// Poses of one clip to choose from. With 16, 32 or 128, skinned characters' triangles at equal deviation change by at
+/// most 3 %.
 const MOST_OF_CLIP: usize = 64;
 /// Instances of a character that are posed with their own morph weights. Bounds the time for damaged files.
 const MOST_INSTANCES: usize = 16;
@@ -27,9 +27,9 @@ const MOST_BENT: usize = 64;
 /// Angle by which joints are bent without clips, about each axis in both directions. At half of it, a clip of the fox
 /// deviates 1.07 times as far as stated, instead of 0.75 times. At double the angle, guarantees are up to 25 % larger.
 const BEND: f32 = 1.3;
-/// Angle by which joints are bent beside clips, which show the larger bends themselves. Without bent joints, a held-out
-/// clip of CesiumMan deviates 1.15 times as far as stated; at half of the angle 1.00 times; at double the angle, the
-/// guarantee is 9 % larger.
+/// Angle by which joints are bent if there are clips, which show larger bends. Without bent joints, a held-out clip of
+/// CesiumMan deviates 1.15 times as far as stated; at half of the angle 1.00 times; at double the angle, the guarantee
+/// is 9 % larger.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
 /// Poses that guide the simplification and choose between its results. Each one costs a measurement of every candidate.
 /// With 16, characters have 5 % more triangles at equal deviation. More than 32 are only used with many morph targets.

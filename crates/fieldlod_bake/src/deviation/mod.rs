@@ -35,8 +35,8 @@ use crate::mesh::triangle_tree::TriangleTree;
 /// Distances below this share of the largest coordinate are rounding errors: three steps of an `f32` between 1 and 2.
 const ROUNDING: f32 = 4e-7;
 /// For large meshes, samples below this share of the largest squared distance need no exact distance, and triangles
-/// with only such samples are not refined. At 0.05 and 0.2, times differ by 4 %; at 0.2, 1 of 62 groups of a cloth
-/// exceeds its stated deviation by 4 %; at 0.5, 15 groups of a cloth and two scans by up to 9 %.
+/// with only such samples are not refined. At 0.05 and 0.2, times differ by 4 %. At 0.2, one of 62 groups of a cloth
+/// exceeds its stated deviation by 4 %; at 0.5, 15 groups of three meshes do, by up to 9 %.
 const REFINE_ABOVE: f32 = 0.1;
 /// Meshes with at most this many triangles are refined everywhere. At 65,536, the bake of a mesh of 46,704 triangles
 /// takes 1.5 times as long. At 16,384, deviations of a mesh of 26,648 are up to 2 % less exact, in three quarters of
@@ -45,11 +45,11 @@ const SMALL_MESH: usize = 1 << 15;
 /// Meshes with more welded vertices per triangle are also refined everywhere. A closed surface has half a vertex per
 /// triangle. Many small components have more vertices, and a few samples miss their farthest points.
 const MANY_COMPONENTS: f32 = 0.7;
-/// Maximum number of splits into quarters. Each split halves the distance between samples. At 4, true deviations come
-/// up to the margin; at 6, they are 1 % nearer to the stated ones. Times do not differ.
+/// Maximum number of splits into quarters. Each split halves the distance between samples. At 4, true deviations use up
+/// the margin; at 6, stated ones are 1 % more exact. Times do not differ.
 const SPLITS: u32 = 5;
-/// Maximum number of splits for triangles of a large source, which are small. At 2, 4 of 41 groups of a ball exceed
-/// their stated deviation by up to 4 %, and 1 at 3; at 5, bakes take 4 % longer.
+/// Maximum number of splits for triangles of a large source, which are small. Of 41 groups of a ball, 4 exceed their
+/// stated deviation at 2, by up to 4 %, and 1 at 3. At 5, bakes take 4 % longer.
 const SOURCE_SPLITS: u32 = 3;
 
 /// The source surface to which simplified surfaces are compared.

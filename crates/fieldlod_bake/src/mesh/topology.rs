@@ -23,8 +23,8 @@ const ROUNDING: f32 = 4.8e-7;
 const MAX_EDGE_SHARE: f32 = 1e-3;
 /// Texture coordinates of one corner: half a texel of a texture of 2,048.
 pub(crate) const SAME_UV: f32 = 1.0 / 4096.0;
-/// Unit normals of one corner: half a degree. A hard-edged scene has 3 % more triangles at equal image error at 0.02,
-/// and 3 % fewer at 0.005; eight other props do not differ.
+/// Unit normals of one corner: half a degree. At 0.02, a hard-edged scene has 3 % more triangles at equal image error;
+/// at 0.005, 3 % fewer. Eight other props do not differ.
 const SAME_NORMAL: f32 = 0.01;
 /// Colours of one corner: less than a step of 8 bits.
 const SAME_COLOR: f32 = 0.003;

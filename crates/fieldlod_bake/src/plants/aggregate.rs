@@ -19,26 +19,27 @@ use crate::levels::simplify::{Method, Simplified, Task};
 use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
 
-/// A group with fewer loose components is not an aggregate. At 3 and 12, plants differ by less than 2 %.
+/// A group with fewer loose components is not an aggregate. At 3 and 12, plants' errors at equal triangles change by
+/// less than 2 %.
 const MIN_ELEMENTS: usize = 6;
-/// Largest share of a group's triangles in one element. Larger components are surfaces. At 0.1 and 0.4, plants differ
-/// by about 1 %.
+/// Largest share of a group's triangles in one element. Larger components are surfaces. At 0.1 and 0.4, errors at equal
+/// triangles change by about 1 %.
 const MAX_ELEMENT_SHARE: f32 = 0.2;
-/// If elements have at most this many triangles on average, they are flattened and pruned instead of simplified. At
-/// 4, palms differ by 4 % less from the source at equal triangles; at 16 by 4 % more.
+/// If elements have at most this many triangles on average, they are flattened and pruned instead of simplified. At 4,
+/// palms have 4 % less error at equal triangles; at 16, 4 % more.
 const MAX_TRIANGLES_TO_FLATTEN: usize = 8;
 /// A mesh is an aggregate if elements have at least this share of its triangles.
 const MIN_SHARE_IN_ELEMENTS: f32 = 0.25;
 /// An element that would keep less than this share of its area is restored: rescaling would more than double the rest.
-/// At 0.9, palms differ by 5 % more from the source at equal triangles; at 0.25 by 1 % less.
+/// At 0.9, palms have 5 % more error at equal triangles; at 0.25, 1 % less.
 const MIN_AREA_KEPT: f32 = 0.5;
-/// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place.
-/// At 0.9 and 1, palms differ by less than 2 %.
+/// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place. At 0.9
+/// and 1, palms' errors change by less than 2 %.
 const RESCALE_BELOW_AREA: f32 = 0.97;
 /// Surfaces between elements keep at least this share of their triangles, even if elements need the whole budget.
 const SURFACE_RATIO: f32 = 0.5;
-/// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns differ by
-/// 15 % more from the source at equal triangles; at 1 by 5 % less, but cards by 80 % more.
+/// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns have 15 %
+/// more error at equal triangles; at 1, 5 % less, but cards 80 % more.
 const SURFACE_TOLERANCE: f32 = 0.5;
 /// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With it,
 /// pictures of trees at a given threshold are about as good as pictures of levels without elements.

@@ -21,10 +21,10 @@ const GROWTH: f32 = 0.6;
 /// Limit for the growth in one replacement. An element without visible pixels would otherwise grow without limit.
 const MAX_GROWTH: f32 = 4.0;
 /// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned:
-/// at 0.8, crowns differ by 10 to 20 % more from the source at equal triangles.
+/// at 0.8, crowns have 10 to 20 % more error at equal triangles.
 const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
-/// would move its part differently. At 8 and 32, palms differ by less than 3 %.
+/// would move its part differently. At 8 and 32, palms' errors change by less than 3 %.
 pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
 /// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
 const MAX_FLATTENING_GROWTH: f32 = 4.0;

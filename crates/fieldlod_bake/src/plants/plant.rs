@@ -15,11 +15,11 @@ use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
 
-/// Maximum number of times that a level is simplified again. Each time costs as much as the first. Without it, levels
-/// of cards cover 0.93 of the source's area, and those of large crowns 1.03.
+/// Maximum number of times that a level is simplified again. Each time costs as much as the first. At 0, levels of
+/// cards cover 0.93 of the source's area, and those of large crowns 1.03.
 const MAX_CORRECTIONS: usize = 4;
-/// A level within this share of the wanted area is not corrected. Half and twice this share change the difference from
-/// the source at equal triangles by 1 %.
+/// A level within this share of the wanted area is not corrected. Half and twice this share change errors at equal
+/// triangles by 1 %.
 const AREA_TOLERANCE: f32 = 0.01;
 /// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
 /// are visible when levels change. Each level keeps a share of the finer level between the bounds below.

@@ -119,8 +119,8 @@ fn can_bake_as_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
     (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_joined(meshes, config) && is_plant(meshes)
 }
 
-/// Whether many elements are loose, and most of their borders stay open where meshes meet. Patches of one surface are
-/// loose as well, but close each other's borders.
+/// Whether many elements are loose, and at least half of the borders stay open after welding. Patches of one surface
+/// are loose as well, but welding closes their borders.
 fn is_plant(meshes: &[&SourceMesh]) -> bool {
     let parts = Surfaces::of(meshes.iter().copied());
     let places = |mesh: &SourceMesh| Topology::of(mesh, &parts).place;

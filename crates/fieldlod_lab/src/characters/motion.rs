@@ -48,10 +48,10 @@ pub struct MotionFrame {
     pub plain_holes: Holes,
 }
 
-/// Background where full detail covers a pixel and everything within 2 px.
+/// Background where full detail covers everything within 2 px.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Holes {
-    /// All pixels. Gaps between separate pieces count, because outlines inside the silhouette move as well.
+    /// All such pixels, also gaps between pieces whose outlines moved.
     pub px: f64,
     /// Pixels at most 2 px from an edge that the level opens. Cracks have such edges; so have small pieces that
     /// levels keep in front of a closed surface.

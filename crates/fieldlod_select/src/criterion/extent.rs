@@ -108,7 +108,7 @@ impl Lens {
 
     #[inline(always)]
     fn is_beyond_slopes(&self, &SeenSphere { center, reach, .. }: &SeenSphere) -> bool {
-        // Squares in place of a plane's unit normal save a root.
+        // Comparing squares saves a square root.
         let beyond = |across: f32, slope: f32| {
             let edge = slope * center.z;
             let inside_by = across - edge + ROUNDING * (across.abs() + edge.abs());

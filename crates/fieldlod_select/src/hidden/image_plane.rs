@@ -236,7 +236,7 @@ impl ImagePlane {
 /// A position in the image as a whole number. The compiler does not turn a saturating cast into vector instructions.
 #[inline(always)]
 fn rounded_down(at: f32) -> u32 {
-    // From here on, numbers are whole, and their bits end with the number.
+    // 2²³: from here on, the lowest bits of an `f32` are its whole number.
     const WHOLE: f32 = 8_388_608.0;
     let nearest = at + WHOLE;
     let below = nearest - 1.0;

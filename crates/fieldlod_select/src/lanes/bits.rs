@@ -1,6 +1,6 @@
 //! One bit for each group, 64 to a word.
 
-/// Groups, points or instances in a loop over lanes.
+/// Number of items that a loop handles at once.
 pub(crate) const LANES: usize = 8;
 /// Groups in a chunk: the bits of one word.
 pub(crate) const CHUNK: usize = 64;

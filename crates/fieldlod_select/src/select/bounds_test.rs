@@ -84,7 +84,7 @@ impl BoundsTest {
     /// The bits of bounds, out of eight, that have no error above the threshold.
     #[inline(always)]
     pub(super) fn passes(&self, bounds: &EightBounds) -> u32 {
-        // A copy, of which the compiler knows that no branch changes it.
+        // A local copy, which the compiler knows to be constant.
         let (test, sides) = (*self, self.sides);
         let mut passes = [0; LANES];
         for (lane, passes) in passes.iter_mut().enumerate() {

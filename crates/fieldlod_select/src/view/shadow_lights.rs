@@ -80,8 +80,8 @@ impl ShadowTest {
         })
     }
 
-    /// Which of eight spheres of the world cast no shadow of any light into the image. `seen` are spheres of camera space
-    /// around them.
+    /// 1 for each of eight spheres in world space that casts no shadow into the image. `seen` bounds them in camera
+    /// space.
     #[inline(always)]
     pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
         let mut dark = [1; LANES];

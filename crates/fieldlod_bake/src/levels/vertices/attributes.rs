@@ -14,8 +14,8 @@ pub(crate) const NORMAL_WEIGHT: f32 = 0.45;
 /// group as large as the mesh, and is proportionally smaller for a smaller group. At 0.15, textured props have 3 % more
 /// triangles at equal image error; at 1 there is no difference.
 const UV_WEIGHT: f32 = 0.5;
-/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. At 0.125 and 0.5, a
-/// coloured rock has 3 to 4 % fewer triangles at equal image error, within the steps between its levels.
+/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. At 0.125 and 0.5, a coloured rock has 3 to 4 % fewer
+/// triangles at equal image error, which is less than a step between levels.
 const COLOR_WEIGHT: f32 = 0.25;
 /// Smaller differences of attributes are rounding errors of the simplifier.
 const ATTRIBUTE_TOLERANCE: f32 = 1e-5;

@@ -44,7 +44,7 @@ impl LimitColumns {
         let mut are_coarsest = [1u8; LANES];
         for Eight([lowest, highest]) in &self.instances[first..end] {
             for lane in 0..LANES {
-                // A maximum drops NaN.
+                // `larger` ignores NaN.
                 let is_known = (lowest[lane] >= f32::INFINITY) & !highest[lane].is_nan();
                 are_coarsest[lane] &= u8::from(is_known);
                 most[lane] = larger(highest[lane], most[lane]);

@@ -67,7 +67,7 @@ struct Scale {
     fine: [f32; 2],
 }
 
-/// A sphere as a view sees it.
+/// A sphere in camera space.
 struct Sighted {
     seen: Vec3,
     /// The radius plus the slack. Rounding moves a sphere by at most the slack.

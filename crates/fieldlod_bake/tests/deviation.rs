@@ -14,6 +14,7 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
         ("torus knot", fixtures::torus_knot(300, 24)),
         ("plane", fixtures::plane(64)),
         ("height field", fixtures::height_field(100)),
+        ("large height field", fixtures::height_field(140)),
         ("islands", fixtures::islands(3_000)),
         (
             "flat-shaded rock",

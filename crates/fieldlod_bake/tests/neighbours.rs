@@ -102,10 +102,11 @@ fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
 
 #[test]
 fn joined_primitives_have_no_cracks_at_any_error() {
-    for (parts, whole) in [
-        (stripes(), fixtures::rock(5, 3)),
-        (tiles(), fixtures::height_field(64)),
-        (spots(), fixtures::height_field(128)),
+    // Coarser parts may vanish; the last level of a part then stays.
+    for (parts, whole, largest_error) in [
+        (stripes(), fixtures::rock(5, 3), 0.1),
+        (tiles(), fixtures::height_field(64), 0.1),
+        (spots(), fixtures::height_field(128), 0.05),
     ] {
         let mut file = file_of(&parts);
         file.join_meshes();
@@ -123,8 +124,7 @@ fn joined_primitives_have_no_cracks_at_any_error() {
             let errors = baked.iter().flat_map(|part| &part.groups);
             let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
             assert!(errors.len() > 15);
-            // Coarser parts may vanish; the last level of a part then stays.
-            for error in errors.into_iter().filter(|error| *error < 0.05) {
+            for error in errors.into_iter().filter(|error| *error < largest_error) {
                 let open = border_at(error, &baked);
                 let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
                 assert!(open.iter().all(is_outside), "at an error of {error}");

@@ -42,8 +42,9 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
-/// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves.
-/// All meshes or none must have normals. Reports describe the common bake, except for the coarsest triangles.
+/// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves,
+/// with mostly open borders. All meshes or none must have normals. Reports describe the common bake, except for the
+/// coarsest triangles.
 ///
 /// # Errors
 /// For each mesh, the errors of [`bake_mesh`](crate::bake_mesh).

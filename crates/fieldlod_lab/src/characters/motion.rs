@@ -1,7 +1,5 @@
 //! Changes of level while an animated character moves away and comes back.
 
-use std::collections::HashSet;
-
 use fieldlod_bake::{Character, Clip, Import, pose_at};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{Cut, LodSettings, select};
@@ -197,12 +195,11 @@ impl Holes {
     }
 }
 
-/// Edges without a neighbour in a unit that are not on a border of the source, which is unit 0: the bits of their ends.
+/// Edges without a neighbour in a unit that are not edges of the source, which is unit 0: the bits of their ends.
 fn opened_edges(posed: &Hierarchy, unit: u32) -> impl Iterator<Item = [[u32; 3]; 2]> {
-    let of_source = unpaired_edges(posed, &[0]).into_keys();
-    let border: HashSet<[u32; 3]> = of_source.flatten().collect();
+    let of_source = unpaired_edges(posed, &[0]);
     let edges = unpaired_edges(posed, &[unit]).into_keys();
-    edges.filter(move |ends| !ends.iter().all(|end| border.contains(end)))
+    edges.filter(move |edge| !of_source.contains_key(edge))
 }
 
 /// The distance of a place from an edge.

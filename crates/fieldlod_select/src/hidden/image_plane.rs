@@ -170,6 +170,13 @@ impl ImagePlane {
             .as_vec3()
     }
 
+    /// A point of camera space at the depth 1 that a perspective view sees at texel coordinates.
+    #[cfg(test)]
+    pub(crate) fn ray(&self, x: f64, y: f64) -> DVec3 {
+        let at = glam::DVec2::new(x, y) - self.offset.as_dvec2();
+        (at / self.scale.as_dvec2()).extend(1.0)
+    }
+
     fn divisor(&self, point: DVec3) -> f64 {
         if self.is_perspective { point.z } else { 1.0 }
     }

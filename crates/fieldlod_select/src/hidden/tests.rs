@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use camera_field::{Camera, Intrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, Quat, Vec2};
+use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2};
 use proptest::prelude::*;
 
 use super::screen_triangle::ScreenTriangle;
@@ -121,6 +121,28 @@ fn points_of(elements: &[Eight<3>]) -> impl Iterator<Item = Vec3> + '_ {
     elements.iter().flat_map(of_element)
 }
 
+/// A triangle around the centre of a texel, in `f64`: whether it covers all of a square of a tenth of a texel, whether it
+/// may touch the square, and the least and the greatest nearness of its plane there.
+fn around_texel(plane: &ImagePlane, corners: [Vec3; 3], x: f64, y: f64) -> (bool, bool, [f64; 2]) {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let (normal, edges) = ((b - a).cross(c - a), [a.cross(b), b.cross(c), c.cross(a)]);
+    let height = normal.dot(a);
+    let rays = [(-0.05, -0.05), (0.05, -0.05), (-0.05, 0.05), (0.05, 0.05)];
+    let rays = rays.map(|(right, down)| plane.ray(x + right, y + down));
+    let inside = |edge: DVec3| rays.map(|ray| edge.dot(ray) * height.signum() >= 0.0);
+    let nearness = rays.map(|ray| normal.dot(ray) / height);
+    (
+        edges
+            .iter()
+            .all(|&edge| inside(edge).into_iter().all(|is_in| is_in)),
+        edges.iter().all(|&edge| inside(edge).contains(&true)),
+        [
+            nearness.into_iter().fold(f64::INFINITY, f64::min),
+            nearness.into_iter().fold(f64::NEG_INFINITY, f64::max),
+        ],
+    )
+}
+
 /// The least of a texel and its neighbours.
 fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
     let (width, height) = (buffer.plane.width, buffer.plane.height);
@@ -199,6 +221,40 @@ proptest! {
         if budget == u32::MAX {
             let all = naive_image(&scene, &buffer, budget, false);
             prop_assert_eq!(&buffer.texels.nearness, &all.0);
+        }
+    }
+
+    #[test]
+    fn depths_of_large_triangles_equal_those_of_rays(
+        corners in prop::array::uniform3(prop::array::uniform3(-1.0f32..1.0)),
+        size in prop_oneof![1.0f32..10.0, 10.0f32..100.0, 100.0f32..10_000.0],
+        height in prop_oneof![0.01f32..0.1, 0.1f32..10.0],
+        turn in prop::array::uniform3(-3.0f32..3.0),
+    ) {
+        // A ground below the camera, which looks anywhere.
+        let size = Vec3::new(1.0, 1e-3, 1.0) * size;
+        let [x, y, z] = turn;
+        let pose = Quat::from_euler(EulerRot::XYZ, x, y, z);
+        let below = Vec3::Y * height;
+        let corners = corners.map(|at| pose * (Vec3::from(at) * size + below));
+        let plane = ImagePlane::new(&camera());
+        let [a, b, c] = corners;
+        let mut texels = Texels::default();
+        texels.clear(plane.width, plane.height);
+        for corners in [[a, b, c], [a, c, b]].map(|side| side.map(|at| Corner::new(&plane, at))) {
+            clipped_parts(&plane, corners, false, |part| texels.draw(part, 0));
+        }
+        for (index, &nearness) in texels.nearness.iter().enumerate() {
+            let (x, y) = ((index % plane.width) as f64 + 0.5, (index / plane.width) as f64 + 0.5);
+            let (is_full, is_met, [least, most]) = around_texel(&plane, corners, x, y);
+            if nearness == f32::NEG_INFINITY {
+                // The near plane may cut a surface.
+                prop_assert!(!is_full || most > 990.0, "{} {}: hole", x, y);
+            } else {
+                prop_assert!(is_met, "{} {}: beyond", x, y);
+                let nearness = f64::from(nearness);
+                prop_assert!((least * 0.999..=most * 1.001).contains(&nearness), "{} {}: {} of {}..{}", x, y, nearness, least, most);
+            }
         }
     }
 

@@ -432,3 +432,52 @@ fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
         1.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use camera_field::Intrinsics;
+    use glam::{Affine3A, Vec2};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::view::shadow_lights::ShadowLight;
+
+    fn any_number() -> impl Strategy<Value = f32> {
+        prop_oneof![
+            8 => -30.0f32..30.0,
+            1 => prop::sample::select(vec![0.0, -2.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]),
+        ]
+    }
+
+    fn any_columns<const N: usize>() -> impl Strategy<Value = [[f32; LANES]; N]> {
+        let column = prop::collection::vec(any_number(), LANES);
+        prop::collection::vec(column, N).prop_map(|columns| {
+            let column = |column: usize| std::array::from_fn(|lane| columns[column][lane]);
+            std::array::from_fn(column)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn avx2_gives_the_same_bits(
+            [x, y, z, radius, lowest, highest] in any_columns::<6>(),
+            turn in -3.0f32..3.0,
+            bias in prop::option::of(0.1f32..1.0),
+            has_sun in any::<bool>(),
+        ) {
+            let camera = Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)));
+            let pose = Affine3A::from_rotation_y(turn);
+            let suns = [ShadowLight::Sun(Vec3::NEG_Y)];
+            let view = View::new(camera, &pose).with_shadow_lights(&suns[..usize::from(has_sun)]);
+            let mut settings = LodSettings::default();
+            settings.advanced.offscreen = bias.map_or(Offscreen::Coarsest, |bias| Offscreen::OnAxis { bias });
+            let test = KeepTest::new(&view, &settings);
+            let spheres = Eight([x, y, z, radius.map(f32::abs)]);
+            let limits = Eight([lowest, highest]);
+            let mut looked = Vec::new();
+            test.look(&[spheres], &[limits], &mut looked);
+            let without_avx2 = test.lens.look_at(0, &spheres, &limits, &test.dark(&spheres));
+            prop_assert_eq!(format!("{:?}", looked.first()), format!("{:?}", without_avx2.as_ref()));
+        }
+    }
+}

@@ -13,7 +13,7 @@ use crate::headless::{
 fn small_meshes_stay_plain() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 300.0);
-    spawn_rock(&mut app, 2);
+    spawn_rock(&mut app, 1);
     run_until(&mut app, "it is plain", |app| progress(app).plain == 1);
     app.update();
     assert_eq!(stats(&app, camera).triangles_full, 0);

@@ -34,7 +34,7 @@ pub struct BakeConfig {
     /// Triangle limit for baking up to four primitives of one glTF mesh [together](crate::bake_together). Many of the
     /// triangles must belong to loose elements, as in a tree of bark and leaves. 0 disables it.
     /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the
-    /// primitives would have cracks.
+    /// primitives would have cracks against each other.
     pub together_below_triangles: usize,
 }
 

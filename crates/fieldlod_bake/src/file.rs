@@ -176,10 +176,12 @@ fn bake_primitives(
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
     // Primitives that cannot keep their shared vertices have cracks unless they change levels together. If they also
     // meet other glTF meshes, they keep what they can: joined primitives have no fixed vertices.
-    let own = meeting_vertices(&meshes);
-    let meets_others = own.iter().flatten().ne(kept.iter().flatten());
-    let are_separate =
-        meshes.iter().any(is_large) && (meets_others || can_keep_shared(&meshes, &own));
+    let can_be_separate = || {
+        let own = meeting_vertices(&meshes);
+        let meets_others = own.iter().flatten().ne(kept.iter().flatten());
+        meets_others || can_keep_shared(&meshes, &own)
+    };
+    let are_separate = meshes.iter().any(is_large) && can_be_separate();
     let config = &BakeConfig {
         together_below_triangles: if are_separate {
             0

@@ -212,17 +212,16 @@ impl Criterion {
             counts_displacement: true,
             ..usual(true, branches.counts_outside)
         };
-        let is_perspective = branches.is_perspective;
-        match (is_perspective, branches.counts_outside) {
-            _ if branches == deviations => return run_with(deviations),
-            _ if branches != usual(is_perspective, branches.counts_outside) => {}
-            (true, false) => return run_with(usual(true, false)),
-            (true, true) => return run_with(usual(true, true)),
-            (false, false) => return run_with(usual(false, false)),
-            (false, true) => return run_with(usual(false, true)),
-        }
         match branches {
-            _ if !is_perspective => run_with(Branches {
+            _ if branches == usual(true, false) => run_with(usual(true, false)),
+            _ if branches == usual(true, true) => run_with(usual(true, true)),
+            _ if branches == usual(false, false) => run_with(usual(false, false)),
+            _ if branches == usual(false, true) => run_with(usual(false, true)),
+            _ if branches == deviations => run_with(deviations),
+            Branches {
+                is_perspective: false,
+                ..
+            } => run_with(Branches {
                 is_perspective: false,
                 ..branches
             }),
@@ -233,7 +232,7 @@ impl Criterion {
                 is_relaxed: false,
                 ..branches
             }),
-            _ => run_with(Branches {
+            Branches { .. } => run_with(Branches {
                 is_perspective: true,
                 ..branches
             }),

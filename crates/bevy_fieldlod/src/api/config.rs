@@ -139,8 +139,9 @@ impl Default for LodMemory {
 impl Default for FieldLodAppConfig {
     /// Plain below 100 triangles, units from 20,000 on; no cache.
     ///
-    /// Rocks of 80 triangles save no triangles with levels, those of 320 half. Between the thresholds, units save at most 5 % of the triangles
-    /// of whole meshes, and need more than twice the entities (`tests/benches/RECORD.md`, "frame, kinds").
+    /// Rocks of 80 triangles save no triangles with levels, those of 320 half of them. Between the thresholds, units
+    /// save at most 5 % of the triangles of whole meshes, and need more than twice the entities
+    /// (`tests/benches/RECORD.md`, "frame, kinds").
     fn default() -> Self {
         Self {
             whole_world: false,

@@ -257,8 +257,8 @@ pub fn table(results: &[CharacterResult]) -> String {
 /// A row for each character that was drawn in motion.
 fn motion_table(results: &[CharacterResult]) -> String {
     let mut text = String::from(
-        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of background inside the\n\
-         outline, and of these at opened edges\n\
+        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of background\n\
+         inside the outline, and those at opened edges\n\
          character         frames  changes  largest peak  largest step  inside  cracks  inside, plain  cracks, plain\n",
     );
     for result in results {

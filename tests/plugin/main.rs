@@ -24,8 +24,9 @@ mod baking {
 mod content {
     mod characters;
     mod kinds;
+    mod primitives;
     mod rejects;
-    mod scenes;
+    pub(crate) mod scenes;
     mod standalone;
     pub(crate) mod surfaces;
 }

@@ -14,7 +14,7 @@ use crate::import::{
 };
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::{MeshError, SourceMesh};
-use crate::plants::together::{bake_together_with_progress, can_keep_shared};
+use crate::plants::together::{bake_together_with_progress, config_for_adjacent};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 
@@ -174,21 +174,10 @@ fn bake_primitives(
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
-    // Primitives that cannot keep their shared vertices have cracks unless they change levels together. If they also
-    // meet other glTF meshes, they keep what they can: joined primitives have no fixed vertices.
-    let can_be_separate = || {
-        let own = meeting_vertices(&meshes);
-        let meets_others = own.iter().flatten().ne(kept.iter().flatten());
-        meets_others || can_keep_shared(&meshes, &own)
-    };
-    let are_separate = meshes.iter().any(is_large) && can_be_separate();
-    let config = &BakeConfig {
-        together_below_triangles: if are_separate {
-            0
-        } else {
-            config.together_below_triangles
-        },
-        ..config.clone()
+    let config = &if meshes.iter().any(is_large) {
+        config_for_adjacent(&meshes, &meeting_vertices(&meshes), kept, config)
+    } else {
+        config.clone()
     };
     let baked = bake_together_with_progress(&meshes, kept, config, &shares);
     shares.iter().for_each(Share::finish);

@@ -97,7 +97,7 @@ pub use mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
 #[doc(hidden)]
 pub use mesh::triangle_tree::{NearestTriangle, TriangleTree};
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
-pub use plants::together::{MOST_TOGETHER, bake_together};
+pub use plants::together::{bake_adjacent, bake_together};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
 pub use verify::{Verified, VerifyError, VerifySettings, verify};

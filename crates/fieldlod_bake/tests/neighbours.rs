@@ -7,7 +7,8 @@ use std::collections::BTreeSet;
 use common::gltf_file::GltfFile;
 use common::{cut, open_edges, weld};
 use fieldlod_bake::{
-    BakeConfig, BakeOutcome, SourceMesh, bake_file, bake_mesh, bake_together, fixtures,
+    BakeConfig, BakeOutcome, SourceMesh, bake_adjacent, bake_file, bake_mesh, bake_together,
+    fixtures,
 };
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
@@ -130,6 +131,28 @@ fn joined_primitives_have_no_cracks_at_any_error() {
                 assert!(open.iter().all(is_outside), "at an error of {error}");
             }
         }
+    }
+}
+
+#[test]
+fn adjacent_meshes_are_baked_as_large_primitives_of_a_file() {
+    let field = fixtures::height_field(144);
+    let halves = split(&field, |p| i32::from(p.x > 0.5));
+    for parts in [halves.clone(), spots()] {
+        let mut file = file_of(&parts);
+        file.join_meshes();
+        let of_file = bake(&mut file, &BakeConfig::default()).file.primitives;
+        let meshes: Vec<&SourceMesh> = parts.iter().collect();
+        let adjacent = bake_adjacent(&meshes, &BakeConfig::default());
+        let adjacent = adjacent.into_iter().map(|baked| baked.unwrap().0);
+        assert!(of_file.into_iter().map(|p| p.hierarchy).eq(adjacent));
+    }
+    let meshes: Vec<&SourceMesh> = halves.iter().collect();
+    for (mesh, baked) in halves
+        .iter()
+        .zip(bake_adjacent(&meshes, &BakeConfig::default()))
+    {
+        assert!(keeps_shared_edges(mesh, &halves, &baked.unwrap().0));
     }
 }
 

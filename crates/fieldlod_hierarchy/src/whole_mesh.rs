@@ -113,7 +113,8 @@ impl Hierarchy {
     }
 
     /// Returns `true` if each level is one group with one unit, a common sphere and its whole-mesh error.
-    fn is_chain_of_whole_meshes(&self) -> bool {
+    #[must_use]
+    pub fn is_chain_of_whole_meshes(&self) -> bool {
         let Some(first) = self.groups.first() else {
             return false;
         };

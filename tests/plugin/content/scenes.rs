@@ -93,7 +93,7 @@ fn bake_both(glb: &Path) -> [Vec<u8>; 2] {
 }
 
 /// Spawns the scene of `mesh.glb`, with the hierarchies of `lods` if there are any.
-pub(super) fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
+pub(crate) fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
     let assets = app.world().resource::<AssetServer>();
     let scene = assets.load(GltfAssetLabel::Scene(0).from_asset("mesh.glb"));
     let auto_lod = match lods {

@@ -103,14 +103,14 @@ fn baked(
 }
 
 /// Sets a cache in `folder`, and returns its path.
-fn set_cache(app: &mut App, folder: &Path) -> PathBuf {
+pub(crate) fn set_cache(app: &mut App, folder: &Path) -> PathBuf {
     let cache = folder.join("cache");
     let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.cache_folder = Some(cache.clone());
     cache
 }
 
-fn entries(cache: &Path) -> Vec<Vec<u8>> {
+pub(crate) fn entries(cache: &Path) -> Vec<Vec<u8>> {
     let entries = fs::read_dir(cache).unwrap();
     let bytes = entries.map(|entry| fs::read(entry.unwrap().path()).unwrap());
     bytes.collect()
@@ -136,7 +136,7 @@ pub(crate) fn tree() -> GltfFile {
 }
 
 /// The cache entries of both primitives of the tree.
-fn baked_entries(glb: &Path) -> Vec<Vec<u8>> {
+pub(crate) fn baked_entries(glb: &Path) -> Vec<Vec<u8>> {
     let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
     let primitives = outcome.file.primitives.into_iter();
     let mut entries: Vec<_> = primitives.map(|p| entry_of(p.hierarchy)).collect();

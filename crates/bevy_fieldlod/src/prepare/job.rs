@@ -26,7 +26,7 @@ pub(super) struct PrepareJob {
     pub(super) name: String,
     /// Indices of the mesh in its glTF file and of the primitive in the mesh, if it is from a glTF file.
     pub(super) place: Option<[u32; 2]>,
-    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
+    /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`]; [`LodKind::Auto`] if the levels decide.
     pub(super) kind: LodKind,
     /// Whether the meshes of all units are made and uploaded before any is drawn. With a limit of uploads per frame, a
     /// unit whose mesh is made when a view first draws it would be missing for some frames.
@@ -74,8 +74,11 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let (baked, origin) = find_hierarchy(&job, source).await?;
     let is_measured = baked.is_measured();
     let triangles_full = baked.source_triangle_count() as u32;
+    // A large primitive may change levels together with small ones. Units would have other levels in some views.
+    let is_whole = job.kind == LodKind::WholeMesh
+        || job.kind == LodKind::Auto && baked.is_chain_of_whole_meshes();
     // Indices of a level have 16 bits. A mesh with a larger level is drawn as units.
-    let whole_meshes = if job.kind == LodKind::WholeMesh {
+    let whole_meshes = if is_whole {
         baked.whole_mesh_levels()
     } else {
         None

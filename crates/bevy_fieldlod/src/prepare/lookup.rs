@@ -16,7 +16,7 @@ use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedFiles, Surf
 use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
-use super::source_arrays::{place_in_gltf, triangle_count};
+use super::source_arrays::{place_in_gltf, primitives_beside, triangle_count};
 use super::threads::{PrepareThreads, Threads};
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
@@ -376,7 +376,7 @@ impl LodMeshLookup<'_> {
             }
             kind_of_rigged(request.kind)
         } else {
-            self.config.kind_for(request.kind, triangles)
+            self.kind_of(mesh, request.kind, triangles)
         };
         if provider.is_none() && kind == LodKind::Plain {
             return Ok(LodMeshEntry::Plain(None));
@@ -390,12 +390,33 @@ impl LodMeshLookup<'_> {
             None => {
                 let sources = self.sources(mesh, request, kind, material_of)?;
                 let source = self.meshes.get(mesh).ok_or(NotYet)?.clone();
+                let kind = match (request.kind, kind) {
+                    (LodKind::Auto, LodKind::Clusters) => LodKind::Auto,
+                    (_, kind) => kind,
+                };
                 Box::pin(prepare(self.job(mesh, source, kind, sources)))
             }
         };
         let task = self.threads().tasks.spawn(prepared);
         self.known.in_preparation = self.known.in_preparation.with(triangles);
         Ok(LodMeshEntry::Preparing(task, triangles))
+    }
+
+    /// The kind of a mesh that is not rigged. A small primitive of a larger glTF mesh changes levels with the others:
+    /// otherwise there would be cracks.
+    fn kind_of(&self, mesh: AssetId<Mesh>, kind: LodKind, triangles: usize) -> LodKind {
+        let own = self.config.kind_for(kind, triangles);
+        if own != LodKind::Plain || kind == LodKind::Plain {
+            return own;
+        }
+        let beside = primitives_beside(mesh, &self.meshes, &self.assets);
+        let others = beside.filter(|(other, _)| *other != mesh);
+        let mut kinds = others.map(|(_, mesh)| self.config.kind_for(kind, triangle_count(mesh)));
+        if kinds.any(|other| other != LodKind::Plain) {
+            LodKind::WholeMesh
+        } else {
+            LodKind::Plain
+        }
     }
 
     fn job(
@@ -497,8 +518,8 @@ impl LodMeshLookup<'_> {
         }
     }
 
-    /// The bake of a mesh. Whole meshes are baked with the surface of their material, and together with the other
-    /// primitives of their plant.
+    /// The bake of a mesh, together with the other primitives of its glTF mesh. Whole meshes are baked with the surface
+    /// of their material.
     #[cfg(feature = "bake")]
     fn bake_job(
         &mut self,
@@ -510,34 +531,31 @@ impl LodMeshLookup<'_> {
         let threads = self.threads().bakes.clone();
         let config = request.bake.as_ref().unwrap_or(&self.config.bake);
         let is_whole = kind == LodKind::WholeMesh;
-        let mut job = BakeJob {
+        let LodMeshes {
+            surfaces, together, ..
+        } = &mut *self.known;
+        let mut surface_of = |mesh| match material_of(mesh) {
+            Some(material) => surfaces.find(material, &self.materials, &self.assets),
+            None => Ok(None),
+        };
+        let candidates = Candidates {
+            kind: request.kind,
+            lods: &self.config,
+            meshes: &self.meshes,
+            assets: &self.assets,
+        };
+        let surface = if is_whole { surface_of(mesh)? } else { None };
+        let member = together.member(mesh, config, &candidates, surface_of)?;
+        Ok(BakeJob {
             cache_folder: self.config.cache_folder.clone(),
             config: BakeConfig {
-                measure_appearance: config.measure_appearance && is_whole,
+                measure_appearance: config.measure_appearance && (is_whole || member.is_some()),
                 ..config.clone()
             },
             threads: self.config.bake_at_run_time.then_some(threads),
-            surface: None,
-            member: None,
-        };
-        if is_whole {
-            let LodMeshes {
-                surfaces, together, ..
-            } = &mut *self.known;
-            let mut surface_of = |mesh| match material_of(mesh) {
-                Some(material) => surfaces.find(material, &self.materials, &self.assets),
-                None => Ok(None),
-            };
-            let candidates = Candidates {
-                kind: request.kind,
-                lods: &self.config,
-                meshes: &self.meshes,
-                assets: &self.assets,
-            };
-            job.surface = surface_of(mesh)?;
-            job.member = together.member(mesh, &job.config, &candidates, surface_of)?;
-        }
-        Ok(job)
+            surface,
+            member,
+        })
     }
 }
 

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 #[cfg(feature = "bake")]
 use std::sync::{Arc, OnceLock};
 
-use bevy::asset::RenderAssetUsages;
+use bevy::asset::{AssetId, AssetPath, AssetServer, Assets, RenderAssetUsages};
+use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::{Indices, Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
 #[cfg(feature = "bake")]
@@ -13,7 +14,7 @@ use fieldlod_bake::{SourceMesh, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::api::events::LodError;
-use crate::scene::rig::RigArrays;
+use crate::scene::rig::{RigArrays, is_rigged};
 
 /// Vertex attributes and indices in the types of the baker.
 #[cfg_attr(feature = "bake", derive(Clone))]
@@ -251,6 +252,27 @@ impl SourceArrays {
 pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
     let (mesh, primitive) = label.strip_prefix("Mesh")?.split_once("/Primitive")?;
     Some([mesh.parse().ok()?, primitive.parse().ok()?])
+}
+
+/// The primitives of the glTF mesh that `mesh` belongs to, in order, without skinned and morphed ones. Empty for meshes
+/// that are not from a glTF file.
+pub(super) fn primitives_beside<'a>(
+    mesh: AssetId<Mesh>,
+    meshes: &'a Assets<Mesh>,
+    assets: &AssetServer,
+) -> impl Iterator<Item = (AssetId<Mesh>, &'a Mesh)> {
+    let path = assets.get_path(mesh).map(AssetPath::into_owned);
+    let place = path.as_ref().and_then(|path| place_in_gltf(path.label()?));
+    let handle = move |primitive| {
+        let path = path.clone()?;
+        let [mesh, _] = place?;
+        let mesh = mesh as usize;
+        let label = GltfAssetLabel::Primitive { mesh, primitive };
+        assets.get_handle::<Mesh>(path.with_label(label.to_string()))
+    };
+    let handles = (0..).map_while(handle);
+    let loaded = handles.filter_map(|handle| Some((handle.id(), meshes.get(&handle)?)));
+    loaded.filter(|(_, mesh)| !is_rigged(mesh))
 }
 
 /// The number of triangles of a mesh; the largest possible number if its data cannot be read.

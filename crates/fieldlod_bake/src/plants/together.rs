@@ -24,7 +24,7 @@ use crate::progress::Share;
 use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
-pub const MOST_TOGETHER: usize = 4;
+const MOST_TOGETHER: usize = 4;
 /// Offset between meshes, as a share of the largest coordinate: at most two steps of an `f32`. Without it, the
 /// simplifier would weld vertices of two meshes at the same position.
 const OFFSET: f32 = 1.0 / (1 << 22) as f32;
@@ -41,7 +41,7 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// the vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
-/// two to [`MOST_TOGETHER`] valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
+/// two to four valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
 /// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves,
 /// with mostly open borders. All meshes or none must have normals. Reports describe the common bake, except for the
 /// coarsest triangles.
@@ -53,14 +53,59 @@ pub fn bake_together(
     meshes: &[&SourceMesh],
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let are_valid = meshes.iter().all(|mesh| mesh.check_shape().is_ok());
-    let kept = if are_valid {
+    let kept = kept_vertices(meshes);
+    bake_together_with_progress(meshes, &kept, config, &shares_of(meshes))
+}
+
+/// [`bake_together`] for the primitives of one glTF mesh if some are drawn in units. The meshes are baked separately
+/// and keep the vertices where they meet. Only if these are too many, the meshes change levels together.
+///
+/// # Errors
+/// The errors of [`bake_together`].
+#[must_use]
+pub fn bake_adjacent(
+    meshes: &[&SourceMesh],
+    config: &BakeConfig,
+) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
+    let kept = kept_vertices(meshes);
+    let config = config_for_adjacent(meshes, &kept, &kept, config);
+    bake_together_with_progress(meshes, &kept, &config, &shares_of(meshes))
+}
+
+/// The vertices where the meshes meet; none if a mesh is invalid.
+fn kept_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
+    if meshes.iter().all(|mesh| mesh.check_shape().is_ok()) {
         meeting_vertices(meshes)
     } else {
         vec![Vec::new(); meshes.len()]
-    };
-    let shares: Vec<Share<'_>> = meshes.iter().map(|_| Share::default()).collect();
-    bake_together_with_progress(meshes, &kept, config, &shares)
+    }
+}
+
+fn shares_of(meshes: &[&SourceMesh]) -> Vec<Share<'static>> {
+    meshes.iter().map(|_| Share::default()).collect()
+}
+
+/// The configuration for the primitives of one glTF mesh if some are drawn in units. `own` are the vertices where they
+/// meet each other, and `kept` those where they meet any mesh.
+pub(crate) fn config_for_adjacent(
+    meshes: &[&SourceMesh],
+    own: &[Vec<bool>],
+    kept: &[Vec<bool>],
+    config: &BakeConfig,
+) -> BakeConfig {
+    // Primitives that cannot keep their shared vertices have cracks unless they change levels together. If they also
+    // meet other glTF meshes, they keep what they can: joined primitives have no fixed vertices.
+    let meets_others = own.iter().flatten().ne(kept.iter().flatten());
+    let mut pairs = meshes.iter().zip(own);
+    let are_separate = meets_others || pairs.all(|(mesh, own)| is_within_budget(own, mesh));
+    BakeConfig {
+        together_below_triangles: if are_separate {
+            0
+        } else {
+            config.together_below_triangles
+        },
+        ..config.clone()
+    }
 }
 
 /// [`bake_together`] with the progress of each mesh. Meshes that are baked together report to the first. Meshes that
@@ -99,12 +144,6 @@ fn kept_within_budget<'a>(kept: &'a [bool], mesh: &SourceMesh) -> &'a [bool] {
 fn is_within_budget(kept: &[bool], mesh: &SourceMesh) -> bool {
     let count = kept.iter().filter(|kept| **kept).count();
     count as f32 <= mesh.triangle_count() as f32 * MAX_KEPT_VERTICES
-}
-
-/// Whether all meshes can keep the vertices marked in `kept` at all levels.
-pub(crate) fn can_keep_shared(meshes: &[&SourceMesh], kept: &[Vec<bool>]) -> bool {
-    let mut pairs = meshes.iter().zip(kept);
-    pairs.all(|(mesh, kept)| is_within_budget(kept, mesh))
 }
 
 /// How meshes are joined.

@@ -1,31 +1,31 @@
-//! Bakes the primitives of one glTF mesh together, for example the bark and the leaves of a plant. Their levels then
-//! change at the same distances.
+//! Bakes the primitives of one glTF mesh together, for example the bark and the leaves of a plant, or the parts of a
+//! wall. They either change levels at the same distances or keep the vertices where they meet.
 
 use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetId, AssetServer, Assets};
-use bevy::gltf::GltfAssetLabel;
-use bevy::mesh::Mesh;
+use bevy::mesh::{Mesh, PrimitiveTopology};
 use bevy::platform::collections::HashMap;
 use fieldlod_bake::{
-    BakeConfig, BakeReport, MOST_TOGETHER, MeshError, SourceMesh, Surface, bake_together,
+    BakeConfig, BakeReport, MeshError, SourceMesh, Surface, bake_adjacent, bake_together,
 };
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::api::events::LodError;
 use crate::prepare::lookup::NotYet;
-use crate::prepare::source_arrays::{SourceArrays, place_in_gltf, triangle_count};
+use crate::prepare::source_arrays::{SourceArrays, primitives_beside, triangle_count};
 use crate::prepare::threads::BakeThreads;
-use crate::scene::rig::is_rigged;
 
-/// A group: all primitives of a glTF mesh that are drawn as whole meshes, and their common bake.
+/// A group: all primitives of a glTF mesh except skinned and morphed ones, and their common bake.
 pub(in crate::prepare) struct Together {
     ids: Arc<[AssetId<Mesh>]>,
     meshes: Vec<Mesh>,
     /// The surface of each mesh, if it is known.
     surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
+    /// Whether some are drawn in units.
+    has_units: bool,
     /// The meshes and surfaces in the types of the baker; `None` if one of them cannot be baked.
     sources: OnceLock<Option<Vec<SourceArrays>>>,
     /// Whether a file has the levels of all members.
@@ -93,15 +93,27 @@ impl AllTogether {
         let at = match self.expected.iter().position(is_expected) {
             Some(at) => at,
             None => {
-                let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
+                let found = candidates.beside(mesh);
+                if found.len() < 2 {
                     return Ok(None);
-                };
+                }
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
-                let surfaces = ids.iter().copied().map(surface_of);
+                let kinds = found.iter().map(|(_, mesh)| candidates.kind_of(mesh));
+                let kinds: Vec<LodKind> = kinds.collect();
+                // Units do not need surfaces, and their textures may take long to load.
+                let surfaces: Vec<_> = if kinds.contains(&LodKind::WholeMesh) {
+                    ids.iter()
+                        .copied()
+                        .map(surface_of)
+                        .collect::<Result<_, _>>()?
+                } else {
+                    vec![None; ids.len()]
+                };
                 let all = Arc::new(Together {
-                    surfaces: surfaces.collect::<Result<_, _>>()?,
+                    surfaces,
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
+                    has_units: kinds.contains(&LodKind::Clusters),
                     sources: OnceLock::new(),
                     is_in_file: OnceLock::new(),
                     baked: OnceLock::new(),
@@ -133,42 +145,20 @@ pub(in crate::prepare) struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// The primitives of the same glTF mesh that are drawn as whole meshes. `None` if there is only one, if there are
-    /// too many, or if they have too many triangles.
-    fn beside(
-        &self,
-        mesh: AssetId<Mesh>,
-        most_triangles: usize,
-    ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
-        let path = self.assets.get_path(mesh)?.into_owned();
-        let [of_mesh, _] = place_in_gltf(path.label()?)?;
-        let mut left = most_triangles;
-        let mut found: Vec<(AssetId<Mesh>, &Mesh)> = Vec::new();
-        for primitive in 0..=MOST_TOGETHER {
-            let label = GltfAssetLabel::Primitive {
-                mesh: of_mesh as usize,
-                primitive,
-            };
-            let path = path.clone().with_label(label.to_string());
-            let Some(handle) = self.assets.get_handle::<Mesh>(path) else {
-                break;
-            };
-            if primitive == MOST_TOGETHER {
-                return None;
-            }
-            let Some(mesh) = self.meshes.get(&handle) else {
-                continue;
-            };
-            if is_rigged(mesh) {
-                continue;
-            }
-            let triangles = triangle_count(mesh);
-            if self.lods.kind_for(self.kind, triangles) == LodKind::WholeMesh {
-                left = left.checked_sub(triangles)?;
-                found.push((handle.id(), mesh));
-            }
+    /// The primitives of the same glTF mesh that have triangles, `mesh` included.
+    fn beside(&self, mesh: AssetId<Mesh>) -> Vec<(AssetId<Mesh>, &Mesh)> {
+        let beside = primitives_beside(mesh, self.meshes, self.assets);
+        let has_triangles =
+            |mesh: &Mesh| mesh.primitive_topology() == PrimitiveTopology::TriangleList;
+        beside.filter(|(_, mesh)| has_triangles(mesh)).collect()
+    }
+
+    /// A primitive below the smallest size changes levels with the others.
+    fn kind_of(&self, mesh: &Mesh) -> LodKind {
+        match self.lods.kind_for(self.kind, triangle_count(mesh)) {
+            LodKind::Clusters => LodKind::Clusters,
+            _ => LodKind::WholeMesh,
         }
-        (found.len() > 1).then_some(found)
     }
 }
 
@@ -213,7 +203,11 @@ impl Member {
             let meshes = sources.iter().cloned().map(SourceArrays::into_mesh);
             let meshes: Vec<SourceMesh> = meshes.collect();
             let meshes: Vec<&SourceMesh> = meshes.iter().collect();
-            threads.run(|| bake_together(&meshes, &self.all.config))
+            let config = &self.all.config;
+            threads.run(|| match self.all.has_units {
+                true => bake_adjacent(&meshes, config),
+                false => bake_together(&meshes, config),
+            })
         };
         self.all.baked.get_or_init(bake)[self.index].clone()
     }

@@ -56,6 +56,15 @@ impl View {
         }
     }
 
+    /// The same view, into which any instance may cast a shadow. All instances outside it count, as in a new view.
+    #[must_use]
+    pub fn with_any_shadow_light(&self) -> Self {
+        Self {
+            shadow_lights: ShadowLights::Any,
+            ..*self
+        }
+    }
+
     /// The same view, which draws only instances on one of `layers` ([`Scene::set_layers`](crate::Scene::set_layers)).
     /// A new view draws all layers.
     #[must_use]

@@ -247,6 +247,19 @@ fn forced_level_0_streams_full_detail() {
     assert_no_hole(&app, camera);
 }
 
+/// There is no light, so no object outside the image casts a shadow.
+#[test]
+fn streamed_mesh_behind_camera_keeps_detail() {
+    let (_, mut app, camera) = one_rock("behind.fieldpages", ROOMY);
+    run_until_sharp(&mut app);
+    let coarsest = ROCKS.primitives[0].hierarchy.units.last().unwrap();
+    let mut pose = app.world_mut().get_mut::<Transform>(camera).unwrap();
+    pose.rotate_y(std::f32::consts::PI);
+    run_until_sharp(&mut app);
+    let behind = stats(&app, camera).triangles_drawn;
+    assert!(behind > 4 * u64::from(coarsest.triangle_count), "{behind}");
+}
+
 #[test]
 fn despawned_mesh_frees_its_pages() {
     let shelf = Shelf::default();

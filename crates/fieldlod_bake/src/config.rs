@@ -23,7 +23,7 @@ pub struct BakeConfig {
     pub stuck_ratio: f32,
     /// Keeps the vertices of open borders at all levels. Separately baked meshes with equal border vertices, such as
     /// terrain tiles or parts of a kit, then have no cracks between any levels. It is not needed for primitives of one
-    /// glTF mesh, or for meshes that a file places with the same transform.
+    /// glTF mesh. [Files](crate::bake_file) do not need it for meshes with the same transform either.
     pub lock_borders: bool,
     /// Measures the deviation of each group from the source. Without it, settings that guarantee an error draw full
     /// detail.
@@ -31,10 +31,9 @@ pub struct BakeConfig {
     /// Measures on pictures at which distance levels of plants, other aggregates and torn textures look right. Without
     /// it, the error of an aggregate is that of its worst element, and that of a torn texture its longest edge.
     pub measure_appearance: bool,
-    /// Triangle limit for baking up to four primitives of one glTF mesh [together](crate::bake_together). Many of the
-    /// triangles must belong to loose elements, as in a tree of bark and leaves. 0 disables it.
-    /// [Files](crate::bake_file) ignore it for meshes with a primitive of 20,000 triangles or more, unless the
-    /// primitives would have cracks against each other.
+    /// Triangle limit for primitives of one glTF mesh that change levels [together](crate::bake_together): plants such
+    /// as a tree of bark and leaves, and primitives that meet. 0 disables it. [`bake_adjacent`](crate::bake_adjacent)
+    /// and [files](crate::bake_file) with a primitive of 20,000 triangles or more use it only to avoid cracks.
     pub together_below_triangles: usize,
 }
 

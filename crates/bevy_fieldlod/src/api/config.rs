@@ -31,10 +31,11 @@ pub struct FieldLodAppConfig {
     /// Adds levels of detail to every [`Mesh3d`] of the world, except those under a [`NoLod`](crate::NoLod), as if
     /// each were under an [`AutoLod`](crate::AutoLod).
     pub whole_world: bool,
-    /// Meshes with fewer triangles are drawn without levels of detail.
+    /// Meshes with fewer triangles are drawn without levels of detail, except primitives of larger glTF meshes.
     pub plain_below_triangles: u32,
     /// Meshes with at least this many triangles are drawn as units, each at its own level. Meshes between the two
-    /// thresholds are drawn as whole meshes.
+    /// thresholds are drawn as whole meshes. A larger primitive that cannot keep the vertices where it meets other
+    /// primitives of its glTF mesh is a whole mesh, too.
     pub clusters_from_triangles: u32,
     /// The folder that caches baked hierarchies between runs, keyed by the input of the bake; `None` caches nothing.
     /// An unreadable entry is baked again. Only with the `bake` feature.

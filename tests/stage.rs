@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
 use bevy::app::{PluginGroupBuilder, PluginsState};
@@ -251,11 +251,17 @@ pub fn skip_without_adapter() {
 
 fn has_adapter() -> bool {
     use bevy::render::settings::{Backends, WgpuSettings};
-    let backends = WgpuSettings::default().backends.unwrap_or(Backends::VULKAN);
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    /// It lives as long as the process. If the last instance goes, the Vulkan loader is unloaded. NVIDIA's driver keeps
+    /// addresses of it, and the next instance crashes.
+    static INSTANCE: LazyLock<(wgpu::Instance, Backends)> = LazyLock::new(|| {
+        let backends = WgpuSettings::default().backends.unwrap_or(Backends::VULKAN);
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        (instance, backends)
     });
-    let adapters = bevy::tasks::block_on(instance.enumerate_adapters(backends));
+    let (instance, backends) = &*INSTANCE;
+    let adapters = bevy::tasks::block_on(instance.enumerate_adapters(*backends));
     !adapters.is_empty()
 }

@@ -1,6 +1,7 @@
 //! The device, its pipeline, and drawing.
 
 use std::cell::RefCell;
+use std::sync::LazyLock;
 
 use fieldlod_bake::Surface;
 use fieldlod_hierarchy::Hierarchy;
@@ -42,12 +43,16 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::NoAdapter`], or [`RenderError::NoDevice`] from an adapter that fails.
     pub fn new() -> Result<Self, RenderError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        /// It lives as long as the process. If the last instance goes, the Vulkan loader is unloaded. NVIDIA's driver
+        /// keeps addresses of it, and the next instance crashes.
+        static INSTANCE: LazyLock<wgpu::Instance> = LazyLock::new(|| {
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
+        });
         let options = wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         };
-        let adapter = pollster::block_on(instance.request_adapter(&options))
+        let adapter = pollster::block_on(INSTANCE.request_adapter(&options))
             .map_err(|_| RenderError::NoAdapter)?;
         let name = adapter.get_info().name;
         let descriptor = wgpu::DeviceDescriptor {

@@ -76,7 +76,7 @@ impl<'a> SourceSurface<'a> {
         }
     }
 
-    /// The surface of the drawn `units`, with the same number of samples.
+    /// The surface of the drawn `units`, with about as many samples as the source.
     #[must_use]
     pub fn cut(&self, units: &[u32]) -> CutSurface {
         let mut is_drawn = vec![false; self.hierarchy.units.len()];
@@ -163,13 +163,13 @@ impl<'a> Projector<'a> {
     }
 
     fn is_visible(&self, sample: &Sample) -> bool {
-        // It is in the picture and beyond the near plane.
+        // Culling and clipping remove everything else, so errors there are not seen.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {
             return false;
         }
-        // Its triangle faces the eye.
+        // Back faces of closed meshes are hidden by their front faces.
         let edges = sample
             .edges
             .map(|edge| self.camera_from_local * edge.as_dvec3());

@@ -79,7 +79,7 @@ pub struct MethodRun {
 
 /// Measures displacements at `threshold_px` on an object with the levels of this project and with those of clusterlod.
 ///
-/// `progress` is called with the number of finished cameras.
+/// `progress` is called with the finished part of the work, in cameras. The methods run one after the other.
 pub fn measure(
     name: &str,
     [ours, clusterlods]: [&LodObject; 2],
@@ -140,6 +140,7 @@ fn scenes(object: &LodObject, effort: Effort) -> Vec<(Eye, Instance)> {
         let fovy_deg = 30.0 + 90.0 * random.unit();
         let eye = Eye::perspective(fovy_deg, window_px, object.radius * 1e-3);
         let around = object.center + random.vector() * object.radius;
+        // The square makes near cameras more frequent. Far ones select few triangles.
         let far = random.unit();
         let away = random.vector().normalize_or(Vec3::X) * (0.6 + 30.0 * far * far);
         let local = object.center + away * object.radius;

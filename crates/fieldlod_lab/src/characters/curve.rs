@@ -1,6 +1,6 @@
 //! Triangles of a chain of levels by their error.
 
-/// Points of triangles and errors, the finest first, with growing errors.
+/// Logarithms of triangles and errors, the finest level first, with growing errors.
 pub(super) struct Curve(Vec<(f64, f64)>);
 
 impl Curve {

@@ -32,7 +32,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Draws two chains of levels.
+    /// Draws the levels of the bake and of the baseline in several poses, and compares them with the source.
     pub(super) fn of(
         renderer: &Renderer,
         options: &PictureOptions,
@@ -43,6 +43,7 @@ impl Pictures {
         let counts: Vec<usize> = own.iter().chain(plain).map(Vec::len).collect();
         let sizes = options.radii_px.len();
         let mut sums = vec![vec![0.0f64; counts.len()]; sizes];
+        // Successive poses are nearly equal, so the pictures use poses from all over the clips.
         let step = poses.len().div_ceil(options.poses).max(1);
         let poses: Vec<&Pose> = poses.iter().step_by(step).collect();
         let surface = common_surface(character);
@@ -85,7 +86,7 @@ impl Pictures {
     }
 }
 
-/// The surface of all parts. `None` if they differ.
+/// The surface that all parts share. `None` if they differ: a model is drawn with one texture.
 pub(super) fn common_surface<'a>(character: &Character<'a>) -> Option<&'a Surface> {
     let mut surfaces = character
         .parts
@@ -114,7 +115,7 @@ pub(super) fn posed<'a>(
     };
     for triangles in std::iter::once(character.triangles()).chain(levels.map(Vec::as_slice)) {
         let pushed = posed.push_whole_mesh(triangles, Group::default());
-        pushed.expect("pictures are of characters with at most 65,536 vertices");
+        pushed.expect("drawn characters have at most 65,536 vertices");
     }
     posed
 }

@@ -70,6 +70,7 @@ struct PoseView<'a> {
 
 impl<'a> PoseView<'a> {
     fn new(subject: &'a Subject<'a>, pose: &Pose, options: &Options) -> Result<Self, RenderError> {
+        // Both hierarchies are seen by the same eye, and compared with the same picture.
         let ours = &subject.ours;
         let eye = pose.eye(&ours.object, options.size_px.as_vec2());
         let view = ObjectView::new(&ours.object, &Instance::default(), &eye);
@@ -102,6 +103,7 @@ impl<'a> PoseView<'a> {
 
     /// The difference between the picture of some units and the reference.
     fn error(&mut self, method: Method, units: Vec<u32>) -> Result<ImageError, RenderError> {
+        // Units of both hierarchies have the same indices.
         let key = (units, method.has_own_levels());
         if let Some(&error) = self.measured.get(&key) {
             return Ok(error);

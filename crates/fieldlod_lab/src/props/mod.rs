@@ -18,7 +18,7 @@ use crate::render::{Picture, RenderError, Renderer};
 
 pub use prop::Prop;
 
-/// Radii of the mesh on screen, in pixels: up to a fifth of the height of a picture of 1080 px.
+/// Radii of the mesh on screen, in pixels. At the largest, the mesh is a fifth as high as a picture of 1080 px.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
 /// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
@@ -138,6 +138,7 @@ pub fn direction(index: u32, count: u32) -> Vec3 {
 /// An eye from which a sphere has a radius of `radius_px` on screen.
 #[must_use]
 pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
+    // The margin of 40 % leaves room for levels that reach beyond the sphere.
     let size_px = (2.8 * radius_px).ceil().max(16.0);
     let eye = Eye::perspective(FOVY_DEG, Vec2::splat(size_px), sphere.radius * 1e-2);
     let distance = sphere.radius * eye.focal_px() / radius_px;

@@ -222,6 +222,7 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::Rend
                 attributes: &Vertex::ATTRIBUTES,
             }],
         },
+        // Nothing is culled: leaves are sheets that are seen from both sides.
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_BUFFER,

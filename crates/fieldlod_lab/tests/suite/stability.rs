@@ -59,7 +59,7 @@ fn cuts_of_all_methods_are_closed() {
 }
 
 #[test]
-fn table_has_rows_of_cases_and_method_columns() {
+fn table_has_a_row_for_each_case() {
     let table = stability::table(&CASES);
     let mut lines = table.lines();
     let head = lines.next().unwrap();

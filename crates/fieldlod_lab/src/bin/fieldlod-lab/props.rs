@@ -17,7 +17,7 @@ use crate::models::Model;
 /// Needs a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf or .glb files [default: generated plants]. The mesh of each file with the most triangles is measured,
+    /// The .gltf or .glb files [default: generated plants]. Of each file, the mesh with the most triangles is measured,
     /// with all its primitives.
     models: Vec<PathBuf>,
     /// Number of view directions.

@@ -17,8 +17,9 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 use serde::Serialize;
 
+use crate::measure::geometric_mean;
 use crate::render::{RenderError, Renderer};
-use curve::{Curve, geometric_mean};
+use curve::Curve;
 pub use motion::{Holes, Motion, MotionFrame};
 pub use pictures::{PictureOptions, Pictures};
 
@@ -60,8 +61,7 @@ pub struct CharacterResult {
 }
 
 /// Splits the clips of a file: the bake gets the first part.
-#[must_use]
-pub fn split(clips: Vec<Clip>) -> [Vec<Clip>; 2] {
+fn split(clips: Vec<Clip>) -> [Vec<Clip>; 2] {
     if clips.len() > MANY_CLIPS {
         let (even, odd): (Vec<_>, Vec<_>) = clips
             .into_iter()

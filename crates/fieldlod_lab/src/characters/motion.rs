@@ -87,7 +87,7 @@ impl Motion {
                 .iter()
                 .find(|plain| plain.len() <= levels[level].len());
             let posed = posed(character, &pose, drawn.into_iter().chain(plain));
-            let model = renderer.upload_textured(&posed, surface);
+            let model = renderer.upload(&posed, surface);
             let full = renderer.draw(&model, &eye, &[0])?;
             let picture = renderer.draw(&model, &eye, &[1])?;
             let rmse = |picture: &Picture| image_error(&full, picture, false).rmse;

@@ -4,8 +4,8 @@ use fieldlod_bake::{Character, Pose, Surface};
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere, Vertices};
 use serde::Serialize;
 
-use super::curve::{Curve, geometric_mean};
-use crate::measure::image_error;
+use super::curve::Curve;
+use crate::measure::{geometric_mean, image_error};
 use crate::props::{direction, eye};
 use crate::render::{RenderError, Renderer};
 
@@ -23,12 +23,8 @@ pub struct PictureOptions {
 /// Differences of pictures from those of the source.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pictures {
-    /// Triangles relative to the baseline at equal RMSE: the mean over sizes.
+    /// Triangles relative to the baseline at equal RMSE: the geometric mean over sizes.
     pub at_equal_rmse: Option<f64>,
-    /// For each size, triangles and RMSE of the levels.
-    pub rmse: Vec<Vec<(usize, f32)>>,
-    /// For each size, triangles and RMSE of the levels of the baseline.
-    pub plain_rmse: Vec<Vec<(usize, f32)>>,
 }
 
 impl Pictures {
@@ -49,7 +45,7 @@ impl Pictures {
         let surface = common_surface(character);
         for pose in &poses {
             let posed = posed(character, pose, own.iter().chain(plain));
-            let model = renderer.upload_textured(&posed, surface);
+            let model = renderer.upload(&posed, surface);
             let sphere = Sphere::around(posed.vertices.positions.iter().copied());
             for (size, &radius_px) in options.radii_px.iter().enumerate() {
                 for index in 0..options.directions {
@@ -63,25 +59,14 @@ impl Pictures {
             }
         }
         let drawn = (poses.len() * options.directions as usize).max(1) as f64;
-        let points = |sums: &Vec<f64>| -> Vec<(usize, f32)> {
+        let ratios = sums.iter().filter_map(|sums| {
             let means = sums.iter().map(|sum| (sum / drawn) as f32);
-            counts.iter().copied().zip(means).collect()
-        };
-        let points: Vec<Vec<(usize, f32)>> = sums.iter().map(points).collect();
-        let rmse: Vec<_> = points
-            .iter()
-            .map(|points| points[..own.len()].to_vec())
-            .collect();
-        let plain_rmse: Vec<_> = points
-            .iter()
-            .map(|points| points[own.len()..].to_vec())
-            .collect();
-        let pairs = rmse.iter().zip(&plain_rmse);
-        let ratios = pairs.filter_map(|(own, plain)| Curve::of(plain).relative(own));
+            let points: Vec<(usize, f32)> = counts.iter().copied().zip(means).collect();
+            let (own, plain) = points.split_at(own.len());
+            Curve::of(plain).relative(own)
+        });
         Ok(Self {
             at_equal_rmse: geometric_mean(ratios),
-            rmse,
-            plain_rmse,
         })
     }
 }

@@ -29,7 +29,7 @@ pub(super) struct Levels {
 impl<'a> Subject<'a> {
     pub(super) fn new(renderer: &'a Renderer, model: BakedModel) -> Self {
         let levels = |hierarchy| Levels {
-            model: renderer.upload_textured(&hierarchy, model.surface.as_deref()),
+            model: renderer.upload(&hierarchy, model.surface.as_deref()),
             object: LodObject::new(hierarchy, ErrorSource::Reported),
         };
         Self {

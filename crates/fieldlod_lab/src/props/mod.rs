@@ -1,8 +1,7 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
 //! Every level of the whole mesh is drawn and compared with the source, from directions spread over
-//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen. The levels that the
-//! selection chooses at [`ERROR_PX`] are compared in the same way.
+//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen.
 
 mod prop;
 
@@ -34,8 +33,6 @@ pub struct PropResult {
     pub triangles: u64,
     /// The levels without the source, finest first.
     pub levels: Vec<LevelResult>,
-    /// Mean triangles and errors of the selected levels at each of [`RADII_PX`].
-    pub chosen: Vec<(f64, Look)>,
 }
 
 /// One level.
@@ -74,7 +71,6 @@ pub fn measure(
     let levels = prop.levels();
     let share = f64::from(directions).recip();
     let mut looks = vec![vec![Look::default(); RADII_PX.len()]; levels.len()];
-    let mut chosen = vec![(0.0, Look::default()); RADII_PX.len()];
     for (at, &radius_px) in RADII_PX.iter().enumerate() {
         for direction in (0..directions).map(|index| direction(index, directions)) {
             let eye = eye(&prop.sphere, direction, radius_px);
@@ -86,9 +82,6 @@ pub fn measure(
             for (looks, (_, units)) in looks.iter_mut().zip(&levels) {
                 looks[at].add(&look(units)?, share);
             }
-            let units = prop.selected(&eye);
-            chosen[at].0 += f64::from(prop.triangles(&units)) * share;
-            chosen[at].1.add(&look(&units)?, share);
         }
     }
     let levels = levels.iter().zip(looks);
@@ -101,7 +94,6 @@ pub fn measure(
         name: name.to_owned(),
         triangles: prop.triangles(&prop.source()).into(),
         levels: levels.collect(),
-        chosen,
     })
 }
 
@@ -165,13 +157,6 @@ pub fn table(results: &[PropResult]) -> String {
             text.extend(level.looks.iter().map(look_text));
             text.push('\n');
         }
-        let _ = write!(text, "selected at {ERROR_PX} px, triangles:");
-        for (triangles, _) in &result.chosen {
-            let _ = write!(text, " {triangles:.0}");
-        }
-        let _ = write!(text, "\n{:19}", "");
-        text.extend(result.chosen.iter().map(|(_, look)| look_text(look)));
-        text.push('\n');
     }
     text
 }

@@ -41,7 +41,10 @@ impl Prop {
         });
         Self {
             sphere: Sphere::around(sources),
-            models: meshes.iter().map(|mesh| renderer.upload(mesh)).collect(),
+            models: meshes
+                .iter()
+                .map(|mesh| renderer.upload(mesh, None))
+                .collect(),
             levels: meshes.iter().map(levels_of).collect(),
             meshes,
         }

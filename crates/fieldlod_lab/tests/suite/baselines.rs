@@ -78,7 +78,7 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let finest = chooser.choose(&ObjectView::new(&object, &Instance::default(), &near));
     let displacement = |units: &[u32]| {
         let cut = source.cut(units);
-        Displacement::of(source.displacements(&cut, &Instance::default(), &near, false))
+        Displacement::of(&source.displacements(&cut, &Instance::default(), &near, false))
     };
     let none = displacement(&finest.units);
     assert_eq!(none.max_px, 0.0);
@@ -92,5 +92,4 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     // Off the axis, lengths are stretched by up to 1/cos²φ: 1.2 at 24°, the edge of the rock at most.
     let bound = f64::from(deviation * near.focal_px() / nearest * 1.2);
     assert!(found.max_px > 0.0 && found.max_px <= bound, "{found:?}");
-    assert!(found.p99_9_px <= found.max_px);
 }

@@ -11,8 +11,7 @@ use fieldlod_lab::render::Renderer;
 
 use crate::models::Model;
 
-/// Draw every level of whole meshes at several sizes and compare it with the source: RMSE, FLIP, the area covered,
-/// and the levels that the selection chooses at 1 px.
+/// Draw every level of whole meshes at several sizes and compare it with the source: RMSE, FLIP and the area covered.
 ///
 /// Needs a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]

@@ -103,7 +103,7 @@ impl<'a> PoseView<'a> {
 
     /// The difference between the picture of some units and the reference.
     fn error(&mut self, method: Method, units: Vec<u32>) -> Result<ImageError, RenderError> {
-        // Units of both hierarchies have the same indices.
+        // The same indices are other units in the other hierarchy.
         let key = (units, method.has_own_levels());
         if let Some(&error) = self.measured.get(&key) {
             return Ok(error);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! e  error of a group or level    s  largest scale of the instance    f  focal length, px
-//! d  distance to the centre of the sphere, r  its radius, near  distance of the near plane
+//! d  distance to the center of the sphere, r  its radius, near  distance of the near plane
 //! ```
 //!
 //! **clusterlod** (meshoptimizer `demo/clusterlod.h`, `boundsError`; nvpro-samples `vk_lod_clusters`) refines a
@@ -42,6 +42,7 @@ pub(crate) fn godot_level(view: &ObjectView, threshold_px: f32) -> u32 {
     };
     let focal_px = view.eye.focal_px() * widths;
     let within = |error: &&f32| **error * view.max_scale * focal_px / distance <= threshold_px;
+    // Level 0 is the source, which has no error.
     let errors = view.object.level_errors_in_local.iter().skip(1);
     errors.take_while(within).count() as u32
 }

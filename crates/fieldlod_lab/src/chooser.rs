@@ -67,6 +67,7 @@ impl Chooser {
 /// The cut that draws the whole object at one level.
 fn whole_level(view: &ObjectView, level: u32) -> Choice {
     let groups = &view.object.hierarchy.groups;
+    // A group of level n simplifies units of level n. Refining it and all coarser groups leaves these units.
     refine_if(view, |group| groups[group].level >= level)
 }
 

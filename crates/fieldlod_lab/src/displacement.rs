@@ -25,8 +25,6 @@ use samples::{Sample, samples_of};
 pub struct Displacement {
     /// The largest displacement.
     pub max_px: f64,
-    /// The 99.9th percentile of the displacements.
-    pub p99_9_px: f64,
     /// The number of samples in the picture.
     pub samples: usize,
 }
@@ -34,16 +32,10 @@ pub struct Displacement {
 impl Displacement {
     /// The statistics of the displacements of samples, in pixels.
     #[must_use]
-    pub fn of(mut displaced_px: Vec<f64>) -> Self {
-        displaced_px.sort_by(f64::total_cmp);
-        let samples = displaced_px.len();
-        let Some(&max_px) = displaced_px.last() else {
-            return Self::default();
-        };
+    pub fn of(displaced_px: &[f64]) -> Self {
         Self {
-            max_px,
-            p99_9_px: displaced_px[(samples - 1) * 999 / 1000],
-            samples,
+            max_px: displaced_px.iter().copied().fold(0.0, f64::max),
+            samples: displaced_px.len(),
         }
     }
 }
@@ -76,7 +68,7 @@ impl<'a> SourceSurface<'a> {
         }
     }
 
-    /// The surface of the drawn `units`, with the same number of samples.
+    /// The surface of the drawn `units`, with about as many samples as the source.
     #[must_use]
     pub fn cut(&self, units: &[u32]) -> CutSurface {
         let mut is_drawn = vec![false; self.hierarchy.units.len()];
@@ -163,13 +155,13 @@ impl<'a> Projector<'a> {
     }
 
     fn is_visible(&self, sample: &Sample) -> bool {
-        // It is in the picture and beyond the near plane.
+        // Culling and clipping remove everything else, so errors there are not seen.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {
             return false;
         }
-        // Its triangle faces the eye.
+        // Back faces of closed meshes are hidden by their front faces.
         let edges = sample
             .edges
             .map(|edge| self.camera_from_local * edge.as_dvec3());

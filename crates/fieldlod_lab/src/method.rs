@@ -3,7 +3,7 @@
 //! | Method | Rule |
 //! |---|---|
 //! | [`Method::Quality`], [`Method::Guaranteed`] | this project's selection, [`fieldlod_select`] |
-//! | [`Method::Clusterlod`], [`Method::ClusterlodOnOurLevels`] | meshoptimizer, `demo/clusterlod.h`; NVIDIA `vk_lod_clusters` has the same distance |
+//! | [`Method::Clusterlod`], [`Method::ClusterlodOnOurLevels`] | meshoptimizer, `demo/clusterlod.h`; NVIDIA's `vk_lod_clusters` has the same formula |
 //! | [`Method::Godot`] | Godot from 4.3, automatic mesh LOD |
 //! | [`Method::VisibilityRange`] | Bevy's `VisibilityRange` |
 //!
@@ -13,8 +13,8 @@
 //! - All methods run at the same threshold, 1 px unless stated otherwise.
 //! - Ranges of [`Method::VisibilityRange`] start where the error of a level equals the threshold on the axis of the
 //!   *reference view*: 60° high, 1080 px, unit scale ([`LodObject::range_start`]).
-//! - No baseline has hysteresis, because it is off by default in all of their systems.
-//! - If a rule does not define a case (mostly orthographic views), its natural extension is used.
+//! - The baselines have no hysteresis: their systems disable it by default.
+//! - clusterlod's rule does not define orthographic views. There the distance is left out of its formula.
 //!
 //! [`ErrorSource::Measured`]: crate::object::ErrorSource::Measured
 //! [`ErrorSource::Reported`]: crate::object::ErrorSource::Reported

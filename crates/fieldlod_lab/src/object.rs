@@ -4,7 +4,7 @@ use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Sphere};
 use glam::{Vec3, Vec3Swizzles};
 use serde::Serialize;
 
-/// Focal length of the reference view, in pixels: 60° high, 1080 px.
+/// Focal length of the reference view, which is 60° and 1080 px high: 540 px / tan 30°.
 pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
 
 /// The error of a group that all methods use.
@@ -105,7 +105,7 @@ impl LodObject {
         counts.sum()
     }
 
-    /// The vertex that is nearest, in x and z only, to the point at `x` and `z` of the box, both from 0 to 1.
+    /// The vertex nearest to a vertical line through the box. `x` and `z` place the line, from 0 to 1 across the box.
     #[must_use]
     pub fn vertex_below(&self, x: f32, z: f32) -> Vec3 {
         let at = (self.aabb.min + (self.aabb.max - self.aabb.min) * Vec3::new(x, 0.0, z)).xz();
@@ -156,8 +156,8 @@ fn level_errors(hierarchy: &Hierarchy, errors_in_local: &[f32]) -> Vec<f32> {
     let mut of_level = vec![0.0f32; hierarchy.level_count() as usize];
     for (group, &error) in hierarchy.groups.iter().zip(errors_in_local) {
         if !group.is_terminal() {
-            let above = &mut of_level[group.level as usize + 1];
-            *above = above.max(error);
+            let coarser = &mut of_level[group.level as usize + 1];
+            *coarser = coarser.max(error);
         }
     }
     // The error of a level includes the errors of all finer levels.

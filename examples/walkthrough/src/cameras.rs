@@ -77,6 +77,7 @@ fn camera(order: isize, is_active: bool, target: &CameraTarget, quality: &Qualit
         target.0.clone(),
         Projection::Perspective(PerspectiveProjection {
             near: 0.1,
+            // The sky is a sphere with a radius of 900 m.
             far: 2000.0,
             ..default()
         }),

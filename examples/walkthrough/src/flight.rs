@@ -98,6 +98,7 @@ fn zoom(
 
 /// The field of view after a turn of the wheel. One notch magnifies the picture by an eighth.
 fn zoomed(fov_in_rad: f32, notches: f32) -> f32 {
+    // The magnification is the inverse of the tangent of half the angle.
     let half = (fov_in_rad / 2.0).tan() * 1.125_f32.powf(-notches);
     (2.0 * half.atan()).clamp(MIN_FOV_IN_RAD, MAX_FOV_IN_RAD)
 }
@@ -127,6 +128,7 @@ fn fly(
 fn turned(rotation: Quat, moved_in_px: Vec2) -> Quat {
     let (yaw, pitch, _) = rotation.to_euler(EulerRot::YXZ);
     let yaw = yaw - moved_in_px.x * RAD_PER_PIXEL;
+    // At a right angle, 1.57, the yaw would be undefined.
     let pitch = (pitch - moved_in_px.y * RAD_PER_PIXEL).clamp(-1.5, 1.5);
     Quat::from_euler(EulerRot::YXZ, yaw, pitch, 0.0)
 }

@@ -152,6 +152,7 @@ fn fallen_drums() -> impl Iterator<Item = Placed> {
         let turn = random(i, 431) * TAU;
         let lying = Quat::from_euler(EulerRot::YXZ, turn, FRAC_PI_2 * 0.97, turn * 3.0);
         let upright = Placed::on_ground(ShapeId::BrokenColumn, at, 0.0, 0.9);
+        // The radius of the scaled shaft is 0.5 m, so the stump touches the ground.
         upright.raised(0.5).turned(lying)
     })
 }
@@ -181,10 +182,12 @@ fn rock(seed: u32) -> Option<Placed> {
     if density < draw(2) * 0.9 - 0.25 {
         return None;
     }
+    // The fourth power makes large boulders rare.
     let scale = f32::lerp(0.35, 1.1, draw(3)) + 2.6 * draw(4).powi(4);
     let (yaw, pitch, roll) = (draw(5) * TAU, (draw(6) - 0.5) * 0.7, (draw(7) - 0.5) * PI);
     let tilted = Quat::from_euler(EulerRot::YXZ, yaw, pitch, roll);
     let upright = Placed::on_ground(ShapeId::Rock((seed % 3) as u8), at, 0.0, scale);
+    // The foot is in the ground, so that no gap shows on a slope.
     Some(upright.raised(-0.22 * scale).turned(tilted))
 }
 

@@ -15,6 +15,7 @@ fn hash(cell: IVec3, seed: u32) -> u32 {
 
 /// The number at `index` in a random sequence, from 0 to 1. Each `seed` has its own sequence.
 pub(crate) fn random(index: u32, seed: u32) -> f32 {
+    // 24 bits are as many as an `f32` holds exactly.
     let bits = hash(IVec3::new(index as i32, 17, 59), seed) >> 8;
     bits as f32 / 16_777_215.0
 }

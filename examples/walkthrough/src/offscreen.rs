@@ -25,7 +25,8 @@ use crate::quality::Quality;
 use crate::report::{self, FrameNumbers, SceneNumbers};
 use crate::{adapter, hud, scene};
 
-/// Number of updates after which a requested picture counts as lost.
+/// Number of updates after which a requested picture counts as lost. A picture arrives a few updates after its frame; a
+/// larger number only delays the error.
 const CAPTURE_UPDATES: u32 = 100;
 
 /// Follows the path and prints the summary. Renders pictures into `directory`, if it is given.

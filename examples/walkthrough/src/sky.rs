@@ -252,6 +252,7 @@ fn stars_and_moon() -> Mesh {
         let (right, up) = toward.any_orthonormal_pair();
         positions.extend((0..corners).map(|corner| {
             let aside = Vec2::from_angle(TAU * corner as f32 / corners as f32) * radius_in_rad;
+            // Just inside the dome, which would hide them.
             (toward + right * aside.x + up * aside.y) * 0.98 * RADIUS_IN_M
         }));
         colors.extend((0..corners).map(|_| color.extend(1.0).to_array()));

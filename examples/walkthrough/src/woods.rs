@@ -78,6 +78,7 @@ fn planted_cypresses() -> impl Iterator<Item = Placed> {
     let circle = ring(PLAZA, 30.0, 16, 0.5).map(|(_, at)| at);
     let off_the_avenue = |at: &Vec2| at.x.abs() > 12.0 || at.y < PLAZA.y;
     let spots = row.chain(circle.filter(off_the_avenue));
+    // Seeds of planted trees start beyond the numbers of the squares.
     (900_000..).zip(spots).map(|(seed, at)| {
         let scale = f32::lerp(0.85, 1.1, random(seed, 727));
         standing(ShapeId::Cypress, at, seed, scale)
@@ -98,6 +99,7 @@ fn undergrowth((index, at): (u32, Vec2)) -> Option<Placed> {
         _ if off_the_avenue < 4.0 => (ShapeId::Tuft, f32::lerp(1.2, 1.9, draw(2))),
         _ => (ShapeId::Bush, f32::lerp(0.7, 1.6, draw(2))),
     };
+    // The offset keeps the seeds apart from those of the trees.
     Some(standing(shape, at, 500_000 + index, scale))
 }
 

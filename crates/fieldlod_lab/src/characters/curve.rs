@@ -1,6 +1,8 @@
 //! Triangles of a chain of levels by their error.
 
-/// Points of triangles and errors, the finest first, with growing errors.
+use crate::measure::geometric_mean;
+
+/// Logarithms of triangles and errors, the finest level first, with growing errors.
 pub(super) struct Curve(Vec<(f64, f64)>);
 
 impl Curve {
@@ -34,12 +36,4 @@ impl Curve {
         });
         geometric_mean(ratios)
     }
-}
-
-/// The geometric mean. `None` without values.
-pub(super) fn geometric_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0), |(sum, count), value| {
-        (sum + value.ln(), count + 1)
-    });
-    (count > 0).then(|| (sum / f64::from(count)).exp())
 }

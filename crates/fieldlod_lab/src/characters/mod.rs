@@ -17,15 +17,21 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 use serde::Serialize;
 
+use crate::measure::geometric_mean;
 use crate::render::{RenderError, Renderer};
-use curve::{Curve, geometric_mean};
+use curve::Curve;
 pub use motion::{Holes, Motion, MotionFrame};
 pub use pictures::{PictureOptions, Pictures};
 
-/// Files with more clips are split by clips, and others by time.
+/// Files with more clips are split by clips, and others by time: of few clips, half would miss whole kinds of motion.
 const MANY_CLIPS: usize = 10;
-/// Largest number of held-out poses in which levels are measured. The time grows with the number.
+/// Largest number of held-out poses in which levels are measured. Fewer may miss the largest deviation; the time grows with
+/// the number.
 const MOST_POSES: usize = 64;
+
+/// Largest number of vertices of a drawn character: a drawn level is one unit with 16-bit indices. A bake limits only its
+/// parts.
+const MOST_DRAWN_VERTICES: usize = 1 << 16;
 
 /// The levels of one character, measured in held-out poses.
 #[derive(Clone, Debug, Serialize)]
@@ -48,15 +54,14 @@ pub struct CharacterResult {
     pub plain_of_bind: f32,
     /// Triangles relative to the baseline at equal deviations.
     pub at_equal_deviation: Option<f64>,
-    /// Pictures, if they were drawn.
+    /// Pictures, if they were drawn. Characters with more than 65,536 vertices are not drawn.
     pub pictures: Option<Pictures>,
     /// The character in motion, if pictures were drawn.
     pub motion: Option<Motion>,
 }
 
 /// Splits the clips of a file: the bake gets the first part.
-#[must_use]
-pub fn split(clips: Vec<Clip>) -> [Vec<Clip>; 2] {
+fn split(clips: Vec<Clip>) -> [Vec<Clip>; 2] {
     if clips.len() > MANY_CLIPS {
         let (even, odd): (Vec<_>, Vec<_>) = clips
             .into_iter()
@@ -135,15 +140,20 @@ pub fn measure(
     measured.collect()
 }
 
+/// A baked character with its baseline, and the poses in which both are measured.
 struct Subject<'a> {
     character: &'a Character<'a>,
-    /// The first part.
+    /// The hierarchy of the first part. All parts have the same levels.
     baked: &'a Hierarchy,
+    /// Held-out poses.
     poses: Vec<Pose>,
     /// The triangles of all levels, the source first.
     levels: Vec<Vec<[u32; 3]>>,
+    /// The stated deviation of each level except the source.
     stated: Vec<f32>,
+    /// The triangles of the baseline's levels, without the source.
     plain: Vec<Vec<[u32; 3]>>,
+    /// The radius of the character in all poses of the bake.
     radius: f32,
 }
 
@@ -159,6 +169,7 @@ impl<'a> Subject<'a> {
                 .iter()
                 .map(|group| group.deviation_in_local)
                 .collect(),
+            // At least six halvings, so that short chains also have an equal error on the baseline.
             plain: plain_levels(character, 0.5, count.max(6)),
             radius: first.groups[0].bounds.radius,
             baked: first,
@@ -173,6 +184,8 @@ impl<'a> Subject<'a> {
         playing: (&Import, &Clip),
         drawing: Option<(&Renderer, &PictureOptions)>,
     ) -> Result<CharacterResult, RenderError> {
+        let vertices = self.character.mesh.positions.len();
+        let drawing = drawing.filter(|_| vertices <= MOST_DRAWN_VERTICES);
         let coarser = &self.levels[1..];
         let own = deviations(self.character, &self.poses, coarser);
         let plain = deviations(self.character, &self.poses, &self.plain);

@@ -13,15 +13,17 @@ use crate::measure::image_error;
 use crate::props::{ERROR_PX, direction, eye};
 use crate::render::{Picture, RenderError, Renderer, SUPERSAMPLING};
 
-/// Frames of the way back and forth: 8 seconds, with steps of 1.5 % of the distance. Longer steps add their own changes of
-/// the image error to those of the levels.
+/// Frames of the way back and forth: 8 seconds, with steps of 1.5 % of the distance. Longer steps themselves change the image
+/// error between frames; shorter ones take longer.
 const FRAMES: usize = 480;
 const SECONDS_PER_FRAME: f32 = 1.0 / 60.0;
-/// Radii on screen in pixels at both ends. All levels of a character are drawn between them.
+/// Radii on screen in pixels at both ends. A smaller range would have fewer changes of level.
 const RADII_PX: [f32; 2] = [200.0, 6.0];
-/// Frames on each side of a change that are its neighbours: a sixth of a second.
+/// Frames on each side of a change that are its neighbours: a sixth of a second. In a longer time the poses differ more, in
+/// a shorter time a single frame decides.
 const NEIGHBOURS: usize = 10;
-/// The outline of a level may move inwards by this many pixels. Background farther inside is a hole.
+/// The outline of a level may move inwards by this many pixels. Background farther inside is a hole. A smaller number counts
+/// coarser outlines as holes, a larger one misses holes near the outline.
 const OUTLINE_PX: u32 = 2;
 
 /// The frames of an animated character on its way.
@@ -46,13 +48,13 @@ pub struct MotionFrame {
     pub plain_holes: Holes,
 }
 
-/// Background where full detail covers everything within 2 px.
+/// Background pixels of a level, more than 2 px inside the outline of full detail.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Holes {
-    /// All such pixels, also gaps between pieces whose outlines moved.
+    /// All of these pixels. Gaps between pieces whose outlines moved are included.
     pub px: f64,
-    /// Pixels at most 2 px from an edge that the level opens. Cracks have such edges; so have small pieces that
-    /// levels keep in front of a closed surface.
+    /// Those at most 2 px from an edge that the level opens: an edge of one triangle that is no open edge of the source.
+    /// Simplified borders have opened edges too.
     pub cracks_px: f64,
 }
 
@@ -76,6 +78,7 @@ impl Motion {
             select(baked, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
             let level = cut.units().first().map_or(0, |&unit| unit as usize);
             let before = last.replace(level).filter(|last| *last != level);
+            // No channel of the clip may move the character at this time.
             let Some(pose) = pose_at(character, import, clip, time) else {
                 continue;
             };
@@ -84,12 +87,13 @@ impl Motion {
                 .iter()
                 .find(|plain| plain.len() <= levels[level].len());
             let posed = posed(character, &pose, drawn.into_iter().chain(plain));
-            let model = renderer.upload_textured(&posed, surface);
+            let model = renderer.upload(&posed, surface);
             let full = renderer.draw(&model, &eye, &[0])?;
             let picture = renderer.draw(&model, &eye, &[1])?;
             let rmse = |picture: &Picture| image_error(&full, picture, false).rmse;
             let of_before = before.map(|_| renderer.draw(&model, &eye, &[2]));
             let of_plain = plain.map(|_| renderer.draw(&model, &eye, &[3]));
+            // Units of `posed`: 0 is the source, 1 the level, 2 the level of the last frame, 3 the baseline.
             frames.push(MotionFrame {
                 level: level as u32,
                 rmse: rmse(&picture),
@@ -195,7 +199,8 @@ impl Holes {
     }
 }
 
-/// Edges without a neighbour in a unit that are not edges of the source, which is unit 0: the bits of their ends.
+/// Edges without a neighbour in `unit` that have one in the source or are not in it. The source is unit 0. An edge is given
+/// by the bits of its ends.
 fn opened_edges(posed: &Hierarchy, unit: u32) -> impl Iterator<Item = [[u32; 3]; 2]> {
     let of_source = unpaired_edges(posed, &[0]);
     let edges = unpaired_edges(posed, &[unit]).into_keys();
@@ -233,7 +238,8 @@ fn hole_texels(full: &Picture, picture: &Picture) -> Vec<(usize, usize)> {
 mod tests {
     use super::*;
     use crate::measure::tests::flat;
-    use glam::UVec2;
+    use fieldlod_hierarchy::{Group, Vertices};
+    use glam::{UVec2, Vec2};
 
     #[test]
     fn holes_are_farther_inside_than_the_outline() {
@@ -243,5 +249,93 @@ mod tests {
         // Of the picture's height, 2 px above and below are too near to its edge.
         let holes = hole_texels(&full, &flat(size, 0.0, 5));
         assert_eq!(holes.len() as u32, 12 * SUPERSAMPLING * SUPERSAMPLING);
+    }
+
+    /// A rectangle that faces the eye: left, right, lower and upper side, in pixels from the middle of the picture.
+    type Sheet = [f32; 4];
+
+    /// A hierarchy with one unit for each list of sheets.
+    fn units(units: [&[Sheet]; 2]) -> Hierarchy {
+        let corners = |&[left, right, low, high]: &Sheet| {
+            [[left, low], [right, low], [right, high], [left, high]]
+        };
+        let all = units.iter().copied().flatten().flat_map(corners);
+        let mut hierarchy = Hierarchy {
+            vertices: Vertices {
+                positions: all.map(|[x, y]| Vec3::new(x, y, 0.0)).collect(),
+                ..Vertices::default()
+            },
+            ..Hierarchy::default()
+        };
+        let mut corners = (0..).step_by(4);
+        for sheets in units {
+            let corners = corners.by_ref().take(sheets.len());
+            let triangles = corners.flat_map(|a: u32| [[a, a + 1, a + 2], [a, a + 2, a + 3]]);
+            let triangles: Vec<[u32; 3]> = triangles.collect();
+            hierarchy
+                .push_whole_mesh(&triangles, Group::default())
+                .unwrap();
+        }
+        hierarchy
+    }
+
+    fn drawn(size: UVec2, sheets: &[Sheet]) -> Picture {
+        let mut picture = flat(size, 0.0, 0);
+        let width = size.x * SUPERSAMPLING;
+        for (texel, covered) in (0..).zip(&mut picture.covered) {
+            let texel = UVec2::new(texel % width, texel / width).as_vec2() + 0.5;
+            let from_middle = texel / SUPERSAMPLING as f32 - size.as_vec2() * 0.5;
+            let at = from_middle * Vec2::new(1.0, -1.0);
+            let contains = |&[left, right, low, high]: &Sheet| {
+                (left..right).contains(&at.x) && (low..high).contains(&at.y)
+            };
+            *covered = sheets.iter().any(contains);
+        }
+        picture
+    }
+
+    #[test]
+    fn cracks_are_holes_at_opened_edges() {
+        let size = UVec2::splat(32);
+        // At this distance, a unit of length covers a pixel.
+        let eye = Eye::perspective(90.0, size.as_vec2(), 0.1);
+        let eye = eye.looking_at(Vec3::Z * 16.0, Vec3::ZERO);
+        let closed: &[Sheet] = &[[-12.0, 0.0, -12.0, 12.0], [0.0, 12.0, -12.0, 12.0]];
+        let overlapping: &[Sheet] = &[[-12.0, 4.0, -12.0, 12.0], [-4.0, 12.0, -12.0, 12.0]];
+        // Holes end 2 px inside the outline, so a slit is 20 px long.
+        type Case<'a> = (&'a str, &'a [Sheet], &'a [Sheet], [f64; 2]);
+        let cases: [Case<'_>; 6] = [
+            ("same mesh", closed, closed, [0.0, 0.0]),
+            ("same open borders", overlapping, overlapping, [0.0, 0.0]),
+            (
+                "upright slit of 10 px",
+                closed,
+                &[[-12.0, -2.0, -12.0, 12.0], [8.0, 12.0, -12.0, 12.0]],
+                [200.0, 80.0],
+            ),
+            (
+                "level slit of 6 px",
+                closed,
+                &[[-12.0, 12.0, -12.0, -6.0], [-12.0, 12.0, 0.0, 12.0]],
+                [120.0, 80.0],
+            ),
+            (
+                "missing piece beside an open border of the source",
+                overlapping,
+                &overlapping[..1],
+                [120.0, 0.0],
+            ),
+            (
+                "moved border",
+                overlapping,
+                &[overlapping[0], [6.0, 12.0, -12.0, 12.0]],
+                [40.0, 40.0],
+            ),
+        ];
+        for (name, source, level, expected) in cases {
+            let (full, picture) = (drawn(size, source), drawn(size, level));
+            let holes = Holes::of(&full, &picture, &eye, (&units([source, level]), 1));
+            assert_eq!([holes.px, holes.cracks_px], expected, "{name}");
+        }
     }
 }

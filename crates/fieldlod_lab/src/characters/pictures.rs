@@ -4,8 +4,8 @@ use fieldlod_bake::{Character, Pose, Surface};
 use fieldlod_hierarchy::{Group, Hierarchy, Sphere, Vertices};
 use serde::Serialize;
 
-use super::curve::{Curve, geometric_mean};
-use crate::measure::image_error;
+use super::curve::Curve;
+use crate::measure::{geometric_mean, image_error};
 use crate::props::{direction, eye};
 use crate::render::{RenderError, Renderer};
 
@@ -23,16 +23,12 @@ pub struct PictureOptions {
 /// Differences of pictures from those of the source.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pictures {
-    /// Triangles relative to the baseline at equal RMSE: the mean over sizes.
+    /// Triangles relative to the baseline at equal RMSE: the geometric mean over sizes.
     pub at_equal_rmse: Option<f64>,
-    /// For each size, triangles and RMSE of the levels.
-    pub rmse: Vec<Vec<(usize, f32)>>,
-    /// For each size, triangles and RMSE of the levels of the baseline.
-    pub plain_rmse: Vec<Vec<(usize, f32)>>,
 }
 
 impl Pictures {
-    /// Draws two chains of levels.
+    /// Draws the levels of the bake and of the baseline in several poses, and compares them with the source.
     pub(super) fn of(
         renderer: &Renderer,
         options: &PictureOptions,
@@ -43,12 +39,13 @@ impl Pictures {
         let counts: Vec<usize> = own.iter().chain(plain).map(Vec::len).collect();
         let sizes = options.radii_px.len();
         let mut sums = vec![vec![0.0f64; counts.len()]; sizes];
+        // Successive poses are nearly equal, so the pictures use poses from all over the clips.
         let step = poses.len().div_ceil(options.poses).max(1);
         let poses: Vec<&Pose> = poses.iter().step_by(step).collect();
         let surface = common_surface(character);
         for pose in &poses {
             let posed = posed(character, pose, own.iter().chain(plain));
-            let model = renderer.upload_textured(&posed, surface);
+            let model = renderer.upload(&posed, surface);
             let sphere = Sphere::around(posed.vertices.positions.iter().copied());
             for (size, &radius_px) in options.radii_px.iter().enumerate() {
                 for index in 0..options.directions {
@@ -62,30 +59,19 @@ impl Pictures {
             }
         }
         let drawn = (poses.len() * options.directions as usize).max(1) as f64;
-        let points = |sums: &Vec<f64>| -> Vec<(usize, f32)> {
+        let ratios = sums.iter().filter_map(|sums| {
             let means = sums.iter().map(|sum| (sum / drawn) as f32);
-            counts.iter().copied().zip(means).collect()
-        };
-        let points: Vec<Vec<(usize, f32)>> = sums.iter().map(points).collect();
-        let rmse: Vec<_> = points
-            .iter()
-            .map(|points| points[..own.len()].to_vec())
-            .collect();
-        let plain_rmse: Vec<_> = points
-            .iter()
-            .map(|points| points[own.len()..].to_vec())
-            .collect();
-        let pairs = rmse.iter().zip(&plain_rmse);
-        let ratios = pairs.filter_map(|(own, plain)| Curve::of(plain).relative(own));
+            let points: Vec<(usize, f32)> = counts.iter().copied().zip(means).collect();
+            let (own, plain) = points.split_at(own.len());
+            Curve::of(plain).relative(own)
+        });
         Ok(Self {
             at_equal_rmse: geometric_mean(ratios),
-            rmse,
-            plain_rmse,
         })
     }
 }
 
-/// The surface of all parts. `None` if they differ.
+/// The surface that all parts share. `None` if they differ: a model is drawn with one texture.
 pub(super) fn common_surface<'a>(character: &Character<'a>) -> Option<&'a Surface> {
     let mut surfaces = character
         .parts
@@ -114,7 +100,7 @@ pub(super) fn posed<'a>(
     };
     for triangles in std::iter::once(character.triangles()).chain(levels.map(Vec::as_slice)) {
         let pushed = posed.push_whole_mesh(triangles, Group::default());
-        pushed.expect("pictures are of characters with at most 65,536 vertices");
+        pushed.expect("drawn characters have at most 65,536 vertices");
     }
     posed
 }

@@ -6,7 +6,8 @@ use super::pose::Pose;
 use crate::measure::ImageError;
 use crate::method::Method;
 
-/// The thresholds of all curves, in pixels.
+/// The thresholds of all curves, in pixels. They contain [`COMPARED_AT_PX`](super::COMPARED_AT_PX). Steps are about √2:
+/// larger ones interpolate over wider gaps, smaller ones draw more pictures.
 pub(super) const THRESHOLDS_PX: [f32; 13] = [
     0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
 ];
@@ -94,7 +95,8 @@ impl Measure {
 }
 
 /// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
-/// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail.
+/// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail, if
+/// the curve contains it.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let pair = |point: &Point| (point.triangles as f64, measure.of(point));
     at_error(curve.points.iter().map(pair), error)
@@ -126,6 +128,7 @@ fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64>
         .map(|(cost, error)| (cost.ln(), error.ln()));
     let mut logs: Vec<(f64, f64)> = logs.collect();
     logs.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    // Different cuts can have equally many triangles. The sort puts the largest error first, which is the one kept.
     logs.dedup_by_key(|point| point.0);
     let falling = falling(&logs);
     let wanted = error.ln();

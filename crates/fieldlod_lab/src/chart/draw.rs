@@ -43,7 +43,6 @@ fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {
     for (line, text) in (0..).zip(notes(report)) {
         area.draw(&Text::new(text, (24, 54 + 20 * line), TEXT))?;
     }
-    // The logarithmic axes contain all points.
     let drawn = |point: &&TrianglesAtError| DRAWN.contains(&point.method);
     let points = || report.curves.iter().filter(drawn);
     let x = range(points().map(|point| point.rmse));
@@ -51,6 +50,7 @@ fn draw(report: &Report, svg: &mut String) -> Result<(), Box<dyn Error>> {
     let (x_ticks, y_ticks) = (ticks(&x), ticks(&y));
     let mut chart = ChartBuilder::on(&area)
         .margin(24)
+        // The title and the notes are above the chart.
         .margin_top(100)
         .x_label_area_size(48)
         .y_label_area_size(64)
@@ -124,6 +124,7 @@ fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     if least > 0.0 && least <= greatest {
         least / 1.1..greatest * 1.1
     } else {
+        // An axis needs a range even if no point could be compared.
         0.1..10.0
     }
 }

@@ -12,14 +12,13 @@
 //!   project's hierarchy.
 //! - Both hierarchies are drawn with the texture of the file, or with a fine pattern if the texture cannot be read.
 //! - All methods use the error that the simplifier reports, as they do in their own systems.
-//! - Only units that touch the view are counted, as if all renderers culled them.
+//! - Only units that touch the view are counted, as a renderer with frustum culling draws them.
 //! - Whole-object methods have few cuts. Their curves are interpolated between them.
 //!
 //! # Training and test
-//! The criterion has four constants: the weights of visible share and silhouette, the root, and the meaning of 1 px.
-//! They were chosen on [`Generated::TRAINING`], the Stanford bunny and the sheen cloth of Khronos' glTF samples, from
-//! six poses each (`--seed 11`). The reported figures are measured from other poses, on [`Generated::TEST`] or on a
-//! user's models.
+//! The constants of the [criterion](fieldlod_select::group_error_px) were chosen on [`Generated::TRAINING`], the Stanford
+//! bunny and the sheen cloth of Khronos' glTF samples, from six poses each (`--seed 11`). The reported figures are
+//! measured from other poses, on [`Generated::TEST`] or on a user's models.
 //!
 //! # Simplifications
 //! Pictures are small, because software adapters are slow. Thresholds in pixels scale with the picture, so a small

@@ -9,8 +9,8 @@ use crate::object::LodObject;
 
 /// Vertical fields of view of successive poses, in degrees.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
-/// Distances from the center of an object, in radii. Below 1 radius, cameras can be inside of the object. At 6 radii, the
-/// object is about 100 px high in a picture of 640 x 360 px.
+/// Distances from the center of an object, in radii. Nearer than 1 radius, cameras can be inside the object. Farther than 6
+/// radii, it is less than 100 px high in a picture of 640 x 360 px at 60°.
 const NEAREST_RADII: f32 = 1.25;
 const FARTHEST_RADII: f32 = 6.0;
 /// Heights of the eye above a ground, in radii of the ground.
@@ -60,7 +60,8 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Returns `true` if an object is a ground: much wider than it is high, along +Y.
+/// Returns `true` if an object is a ground: much wider than it is high, along +Y. The generated hills are a fifth as high as
+/// wide.
 fn is_ground(object: &LodObject) -> bool {
     let extent = object.aabb.max - object.aabb.min;
     extent.y < 0.3 * extent.x.min(extent.z)
@@ -95,6 +96,7 @@ struct Random {
 impl Random {
     /// A number from 0 to 1.
     fn share(self, slot: u64) -> f32 {
+        // 24 bits are as many as an `f32` holds exactly.
         let key = [self.seed, self.index as u64, slot].map(u64::to_le_bytes);
         (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
     }

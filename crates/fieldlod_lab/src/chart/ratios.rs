@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::curve::{Measure, PoseResult, triangles_at_error};
+use crate::measure::geometric_mean;
 use crate::method::Method;
 
 /// Methods are compared at the errors of clusterlod at these thresholds, in pixels.
@@ -37,11 +38,11 @@ impl Ratios {
     ) -> Option<Self> {
         let ratio = |pose: &&PoseResult| ratio(pose, method, measure, at_px);
         let found: Vec<f64> = poses.iter().filter_map(ratio).collect();
-        (!found.is_empty()).then(|| Self {
+        Some(Self {
             method,
             measure,
             at_px,
-            mean: geometric_mean(found.iter().copied()),
+            mean: geometric_mean(found.iter().copied())?,
             least: found.iter().copied().fold(f64::INFINITY, f64::min),
             greatest: found.iter().copied().fold(0.0, f64::max),
             poses: found.len(),
@@ -55,13 +56,4 @@ fn ratio(pose: &PoseResult, method: Method, measure: Measure, at_px: f64) -> Opt
     let error = measure.of(base.at_threshold(at_px)?);
     let of_base = triangles_at_error(base, measure, error)?;
     Some(triangles_at_error(pose.curve(method)?, measure, error)? / of_base)
-}
-
-/// The geometric mean of positive values; 0 without values.
-pub(super) fn geometric_mean(values: impl Iterator<Item = f64>) -> f64 {
-    let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
-    if logs.is_empty() {
-        return 0.0;
-    }
-    (logs.iter().sum::<f64>() / logs.len() as f64).exp()
 }

@@ -5,8 +5,9 @@ use serde::Serialize;
 use super::curve::{
     Curve, Measure, PoseResult, THRESHOLDS_PX, threshold_at_triangles, triangles_at_error,
 };
-use super::ratios::{COMPARED_AT_PX, Ratios, geometric_mean};
+use super::ratios::{COMPARED_AT_PX, Ratios};
 use super::{ModelResult, Options};
+use crate::measure::geometric_mean;
 use crate::method::Method;
 
 /// The chart has a point of a method only if at least this share of the poses can be compared. With a smaller share, points
@@ -132,14 +133,16 @@ fn mean_point(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<Trian
     let mean = |of: fn(&CurvePlace) -> Option<f64>| {
         let base = geometric_mean(based.iter().filter_map(|pair| of(&pair.base)));
         let ratio = |pair: &Pair| Some(of(&pair.method)? / of(&pair.base)?);
-        base * geometric_mean(pairs.iter().filter_map(ratio))
+        Some(base? * geometric_mean(pairs.iter().filter_map(ratio))?)
     };
     Some(TrianglesAtError {
         method,
         at_px,
-        rmse: geometric_mean(based.iter().map(|pair| pair.error)),
-        threshold_px: mean(|place| threshold_at_triangles(place.curve, place.triangles)),
-        triangles: mean(|place| Some(place.triangles)),
+        rmse: geometric_mean(based.iter().map(|pair| pair.error))?,
+        // 0 if no pose has a threshold with these triangles.
+        threshold_px: mean(|place| threshold_at_triangles(place.curve, place.triangles))
+            .unwrap_or(0.0),
+        triangles: mean(|place| Some(place.triangles))?,
     })
 }
 

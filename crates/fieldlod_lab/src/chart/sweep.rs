@@ -29,7 +29,7 @@ pub(super) struct Levels {
 impl<'a> Subject<'a> {
     pub(super) fn new(renderer: &'a Renderer, model: BakedModel) -> Self {
         let levels = |hierarchy| Levels {
-            model: renderer.upload_textured(&hierarchy, model.surface.as_deref()),
+            model: renderer.upload(&hierarchy, model.surface.as_deref()),
             object: LodObject::new(hierarchy, ErrorSource::Reported),
         };
         Self {
@@ -70,6 +70,7 @@ struct PoseView<'a> {
 
 impl<'a> PoseView<'a> {
     fn new(subject: &'a Subject<'a>, pose: &Pose, options: &Options) -> Result<Self, RenderError> {
+        // Both hierarchies are seen by the same eye, and compared with the same picture.
         let ours = &subject.ours;
         let eye = pose.eye(&ours.object, options.size_px.as_vec2());
         let view = ObjectView::new(&ours.object, &Instance::default(), &eye);
@@ -102,6 +103,7 @@ impl<'a> PoseView<'a> {
 
     /// The difference between the picture of some units and the reference.
     fn error(&mut self, method: Method, units: Vec<u32>) -> Result<ImageError, RenderError> {
+        // The same indices are other units in the other hierarchy.
         let key = (units, method.has_own_levels());
         if let Some(&error) = self.measured.get(&key) {
             return Ok(error);

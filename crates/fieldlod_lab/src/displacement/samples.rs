@@ -25,10 +25,10 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
-            // Each triangle has two candidates. Their kinds alternate.
-            for pick in 0..2 {
+            // Successive candidates alternate between corners and other points.
+            for _ in 0..2 {
                 if next % step == 0 {
-                    samples.push(sample(corners, unit, next / step + pick));
+                    samples.push(sample(corners, unit, next / step));
                 }
                 next += 1;
             }

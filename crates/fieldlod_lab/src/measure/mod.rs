@@ -46,6 +46,12 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     }
 }
 
+/// The geometric mean of the positive values. `None` without any.
+pub(crate) fn geometric_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
+    (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
+}
+
 /// For each pixel, whether it has a covered texel in `a` or in `b`.
 fn shown_in_either(a: &Picture, b: &Picture) -> Vec<bool> {
     use crate::render::SUPERSAMPLING as N;

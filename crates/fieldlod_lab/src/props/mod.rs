@@ -1,8 +1,7 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
 //! Every level of the whole mesh is drawn and compared with the source, from directions spread over
-//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen. The levels that the
-//! selection chooses at [`ERROR_PX`] are compared in the same way.
+//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen.
 
 mod prop;
 
@@ -18,7 +17,7 @@ use crate::render::{Picture, RenderError, Renderer};
 
 pub use prop::Prop;
 
-/// Radii of the mesh on screen, in pixels: up to a fifth of the height of a picture of 1080 px.
+/// Radii of the mesh on screen, in pixels. At the largest, the mesh is a fifth as high as a picture of 1080 px.
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
 /// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
@@ -34,8 +33,6 @@ pub struct PropResult {
     pub triangles: u64,
     /// The levels without the source, finest first.
     pub levels: Vec<LevelResult>,
-    /// Mean triangles and errors of the selected levels at each of [`RADII_PX`].
-    pub chosen: Vec<(f64, Look)>,
 }
 
 /// One level.
@@ -74,7 +71,6 @@ pub fn measure(
     let levels = prop.levels();
     let share = f64::from(directions).recip();
     let mut looks = vec![vec![Look::default(); RADII_PX.len()]; levels.len()];
-    let mut chosen = vec![(0.0, Look::default()); RADII_PX.len()];
     for (at, &radius_px) in RADII_PX.iter().enumerate() {
         for direction in (0..directions).map(|index| direction(index, directions)) {
             let eye = eye(&prop.sphere, direction, radius_px);
@@ -86,9 +82,6 @@ pub fn measure(
             for (looks, (_, units)) in looks.iter_mut().zip(&levels) {
                 looks[at].add(&look(units)?, share);
             }
-            let units = prop.selected(&eye);
-            chosen[at].0 += f64::from(prop.triangles(&units)) * share;
-            chosen[at].1.add(&look(&units)?, share);
         }
     }
     let levels = levels.iter().zip(looks);
@@ -101,7 +94,6 @@ pub fn measure(
         name: name.to_owned(),
         triangles: prop.triangles(&prop.source()).into(),
         levels: levels.collect(),
-        chosen,
     })
 }
 
@@ -138,6 +130,7 @@ pub fn direction(index: u32, count: u32) -> Vec3 {
 /// An eye from which a sphere has a radius of `radius_px` on screen.
 #[must_use]
 pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
+    // The margin of 40 % leaves room for levels that reach beyond the sphere.
     let size_px = (2.8 * radius_px).ceil().max(16.0);
     let eye = Eye::perspective(FOVY_DEG, Vec2::splat(size_px), sphere.radius * 1e-2);
     let distance = sphere.radius * eye.focal_px() / radius_px;
@@ -164,13 +157,6 @@ pub fn table(results: &[PropResult]) -> String {
             text.extend(level.looks.iter().map(look_text));
             text.push('\n');
         }
-        let _ = write!(text, "selected at {ERROR_PX} px, triangles:");
-        for (triangles, _) in &result.chosen {
-            let _ = write!(text, " {triangles:.0}");
-        }
-        let _ = write!(text, "\n{:19}", "");
-        text.extend(result.chosen.iter().map(|(_, look)| look_text(look)));
-        text.push('\n');
     }
     text
 }

@@ -41,7 +41,10 @@ impl Prop {
         });
         Self {
             sphere: Sphere::around(sources),
-            models: meshes.iter().map(|mesh| renderer.upload(mesh)).collect(),
+            models: meshes
+                .iter()
+                .map(|mesh| renderer.upload(mesh, None))
+                .collect(),
             levels: meshes.iter().map(levels_of).collect(),
             meshes,
         }
@@ -54,10 +57,11 @@ impl Prop {
         levels.map(|levels| levels[0].units.clone()).collect()
     }
 
-    /// All levels except the source, each with its error. A level has the coarsest units of each mesh within its error.
+    /// All levels except the source, each with its error. A level draws each mesh at its coarsest level within the error.
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
         let coarser = self.levels.iter().flat_map(|levels| &levels[1..]);
         let mut errors: Vec<f32> = coarser.map(|level| level.error_in_local).collect();
+        // Each error of a mesh is the error of one level of the prop.
         errors.sort_by(f32::total_cmp);
         errors.dedup();
         let units = |levels: &Vec<Level>, error: f32| {

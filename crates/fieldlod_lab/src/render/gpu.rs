@@ -82,15 +82,9 @@ impl Renderer {
         &self.adapter
     }
 
-    /// Uploads a hierarchy.
+    /// Uploads a hierarchy. It is drawn with the colour and the texture of `surface`, or with a pattern.
     #[must_use]
-    pub fn upload(&self, hierarchy: &Hierarchy) -> DrawnModel {
-        self.upload_textured(hierarchy, None)
-    }
-
-    /// Uploads a hierarchy that is drawn with the colour and the texture of a surface.
-    #[must_use]
-    pub fn upload_textured(&self, hierarchy: &Hierarchy, surface: Option<&Surface>) -> DrawnModel {
+    pub fn upload(&self, hierarchy: &Hierarchy, surface: Option<&Surface>) -> DrawnModel {
         DrawnModel::new(&self.device, &self.queue, hierarchy, surface)
     }
 
@@ -227,6 +221,7 @@ fn pipeline(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> wgpu::Rend
                 attributes: &Vertex::ATTRIBUTES,
             }],
         },
+        // Nothing is culled: leaves are sheets that are seen from both sides.
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_BUFFER,

@@ -26,7 +26,7 @@ impl Picture {
         let mut colors = Vec::with_capacity((size_px.x * size_px.y) as usize);
         for y in 0..size_px.y {
             for x in 0..size_px.x {
-                // The mean of the pixel's texels, in linear light.
+                // A mean of encoded values would darken edges.
                 let mut sum = [0.0f32; 3];
                 for texel in 0..SUPERSAMPLING * SUPERSAMPLING {
                     let (dx, dy) = (texel / SUPERSAMPLING, texel % SUPERSAMPLING);
@@ -55,6 +55,7 @@ impl Picture {
     }
 }
 
+/// Replaces the cleared color by the background. Targets are cleared to transparent, so that alpha shows coverage.
 fn on_background(texel: [u8; 4]) -> [u8; 4] {
     if texel[3] > 0 {
         texel

@@ -55,6 +55,7 @@ impl Target {
         wgpu::RenderPassDepthStencilAttachment {
             view: &self.view,
             depth_ops: Some(wgpu::Operations {
+                // Depth is reversed: 0 is at infinity.
                 load: wgpu::LoadOp::Clear(0.0),
                 store: wgpu::StoreOp::Discard,
             }),

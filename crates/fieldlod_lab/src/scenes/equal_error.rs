@@ -8,10 +8,16 @@ use crate::render::RenderError;
 /// Relative difference below which errors count as equal. A larger difference shows in the table; a smaller one
 /// costs tries, because pictures change in steps.
 const EQUAL: f64 = 0.004;
-/// The largest number of thresholds to try.
+/// The largest number of thresholds to try. Fewer may stop before the errors are equal; each try draws all frames.
 const MAX_TRIES: usize = 9;
-/// The first guess of p, where errors grow with the p-th power of the threshold.
+/// The first guess of p, where errors grow with the p-th power of the threshold. The later tries measure p, so another
+/// guess only costs tries.
 const FIRST_POWER: f64 = 0.4;
+/// Bounds of a measured p. Two nearly equal errors can give any p, and a p near 0 would make an endless step.
+const POWERS: (f64, f64) = (0.05, 2.0);
+/// Largest step of the logarithm of the threshold: a factor of 4.5. With a larger step, a wrong p leaves the range of
+/// useful thresholds.
+const MAX_LOG_STEP: f64 = 1.5;
 
 /// The result of one selection, over all frames.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -110,17 +116,15 @@ fn threshold_at_equal_error(
             break;
         }
         let power = match last {
-            Some((threshold, log_ratio)) => (tried.1 - log_ratio) / (tried.0 - threshold),
+            Some((log_threshold, log_ratio)) => (tried.1 - log_ratio) / (tried.0 - log_threshold),
             None => FIRST_POWER,
         };
-        // Nearly equal errors jitter, so the power between them can have any value.
         let power = if power.is_finite() {
-            power.clamp(0.05, 2.0)
+            power.clamp(POWERS.0, POWERS.1)
         } else {
             FIRST_POWER
         };
-        // A step of at most 4.5 times: a wrong first power must not leave the range of thresholds.
-        let next = tried.0 - (tried.1 / power).clamp(-1.5, 1.5);
+        let next = tried.0 - (tried.1 / power).clamp(-MAX_LOG_STEP, MAX_LOG_STEP);
         last = Some(tried);
         tried = (next, log_ratio_at(next)?);
         if tried.1.abs() < best.1.abs() {

@@ -39,7 +39,9 @@ impl<'a> Stage<'a> {
         Self {
             renderer,
             world,
-            models: objects.map(|it| renderer.upload(&it.hierarchy)).collect(),
+            models: objects
+                .map(|it| renderer.upload(&it.hierarchy, None))
+                .collect(),
         }
     }
 

@@ -12,7 +12,7 @@ use crate::eye::Eye;
 
 /// Height of an eye above the ground, in metres.
 const EYE_HEIGHT: f32 = 1.7;
-/// Smallest distance from an eye to an instance, in metres.
+/// Smallest distance from an eye to an instance, in metres. Nearer, one instance would fill most of the picture.
 const EYE_CLEARANCE: f32 = 2.5;
 
 /// The worlds, each with `frames` frames of a size in pixels.
@@ -160,6 +160,7 @@ impl Maker {
     /// Adds eyes at the height of a pedestrian. They look along +x and −x in turn, off by at most half of `spread`.
     fn with_eyes(mut self, frames: usize, spread: f32) -> World {
         for frame in 0..frames {
+            // Eyes keep away from the border of the ground, beyond which nothing is drawn.
             let at = self.free_place(0.6, EYE_CLEARANCE);
             let from = Vec3::new(at.x, self.height(at) + EYE_HEIGHT, at.y);
             let angle = (self.random.unit() - 0.5) * spread + (frame % 2) as f32 * TAU * 0.5;

@@ -5,7 +5,7 @@
 //! root mean squared difference from full detail over all frames ([`Row`]).
 //!
 //! # Fairness of the comparison
-//! - Only units that touch the view are counted, as if all renderers culled them.
+//! - Only units that touch the view are counted, as a renderer with frustum culling draws them.
 //! - Each frame is selected from scratch, without hysteresis.
 
 mod equal_error;

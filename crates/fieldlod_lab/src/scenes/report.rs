@@ -23,8 +23,6 @@ pub struct WorldResult {
     pub source_triangles: u64,
     /// The number of frames.
     pub frames: usize,
-    /// The adapter that drew the frames.
-    pub adapter: String,
     /// The results without and with visible flux, at equal error.
     pub rows: [Row; 2],
 }
@@ -42,7 +40,6 @@ pub fn measure(renderer: &Renderer, world: &World) -> Result<WorldResult, Render
         instances: world.instances.len(),
         source_triangles: world.source_triangles(),
         frames: frames.len(),
-        adapter: renderer.adapter().to_owned(),
         rows: rows(&frames, ERROR_PX)?,
     })
 }

@@ -1,4 +1,4 @@
-//! Shapes of the generated worlds, in metres, which stand at the origin.
+//! Shapes of the generated worlds, in metres. They stand at the origin.
 
 use std::f32::consts::TAU;
 
@@ -7,7 +7,7 @@ use fieldlod_bake::fixtures::{joined, plane, rock, with_smooth_normals};
 use fieldlod_hierarchy::fixtures::Random;
 use glam::{Vec2, Vec3};
 
-/// Cells of a wall per metre.
+/// Cells of a wall per metre. Slopes of windows are 0.25 m wide: a coarser grid skips them, a finer one has more triangles.
 const CELLS_PER_M: f32 = 5.0;
 
 /// A house with a flat roof. The windows are recesses in its four walls.
@@ -58,6 +58,7 @@ fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> 
     for vertex in 0..mesh.positions.len() {
         // The rows of `plane` go along x, and its front is +Y.
         let at = Vec2::new(mesh.uvs[vertex].y, mesh.uvs[vertex].x);
+        // Sheets of a house share their borders. Displaced borders would leave gaps at its edges.
         let is_inside = at.min_element() > 0.0 && at.max_element() < 1.0;
         let depth = if is_inside {
             depth(at.x * size.x, at.y * size.y)
@@ -65,6 +66,7 @@ fn sheet(from: Vec3, along: Vec3, up: Vec3, depth: impl Fn(f32, f32) -> f32) -> 
             0.0
         };
         mesh.positions[vertex] = from + along * at.x + up * at.y - normal * depth;
+        // The renderer's pattern has 24 waves per unit: one wave per metre.
         mesh.uvs[vertex] = at * size / 24.0;
     }
     // Swapping rows and columns made `along × up` the front.
@@ -87,6 +89,7 @@ fn rolled(mut mesh: SourceMesh, radius: f32) -> SourceMesh {
         .fold(0.0, |height: f32, at| height.max(at.y));
     for position in &mut mesh.positions {
         let angle = position.x * TAU;
+        // A tip without a radius would have degenerate triangles.
         let radius = radius * (1.05 - position.y / height);
         let out = Vec3::new(angle.sin(), 0.0, angle.cos());
         *position = out * radius + Vec3::Y * position.y;

@@ -9,7 +9,7 @@ use crate::object::LodObject;
 /// The window of most cases, in pixels.
 pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
 
-/// A small window, in pixels. Near fixtures need several levels in it, as larger meshes do in a large window.
+/// A small window, in pixels. The cut of a near fixture has several levels in it; in a large window it would be the source.
 pub(super) const SMALL: Vec2 = Vec2::new(640.0, 360.0);
 
 /// A perspective camera with a near plane that suits the object.
@@ -44,8 +44,7 @@ pub(super) fn around(eye: Eye, object: &LodObject, distance: f32, angle_deg: f32
     eye.looking_at(object.center + direction * distance, object.center)
 }
 
-/// A point above the vertex that is nearest to `x` and `z` of the object's box, both from 0 to 1. `height` is in radii
-/// of the object.
+/// A point above the ground at `x` and `z`, both from 0 to 1 across the object's box. `height` is in radii of the object.
 pub(super) fn ground(object: &LodObject, x: f32, z: f32, height: f32) -> Vec3 {
     object.vertex_below(x, z) + Vec3::Y * (height * object.radius)
 }

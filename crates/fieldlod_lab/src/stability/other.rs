@@ -58,6 +58,7 @@ fn inside_the_object(object: &LodObject) -> Vec<Shot> {
     let directions = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Z];
     directions
         .map(|direction| {
+            // The offset keeps the vertical view from being parallel to the camera's up axis.
             let position = object.center + direction * object.radius * 0.1;
             Shot::still(camera.looking_at(position, position + direction + Vec3::splat(0.01)))
         })
@@ -203,6 +204,7 @@ fn window_resize(object: &LodObject) -> Vec<Shot> {
 fn teleport(object: &LodObject) -> Vec<Shot> {
     let camera = eye(75.0, HD, object);
     let jump = |t: f32| {
+        // The last frame is still at the fourth stop.
         let stop = (t * 3.999) as usize;
         let distance = [1.2, 60.0, 2.5, 15.0][stop] * object.radius;
         around(camera, object, distance, 77.0 * stop as f32).turned(0.0, 10.0)

@@ -34,6 +34,7 @@ cases! {
 
 fn rotate_only(object: &LodObject) -> Vec<Shot> {
     let camera = eye(90.0, HD, object);
+    // At the end of the turn, the object is in a corner of the picture.
     at_distances(object, &camera, |distance| {
         let start = from_front(camera, object, distance);
         Shot::path(60, 6, |t| start.turned(58.0 * t, 42.0 * t))
@@ -45,6 +46,7 @@ fn inside_the_box(object: &LodObject) -> Vec<Shot> {
     let directions = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::new(0.5, 0.8, 0.3)];
     directions
         .map(|direction| {
+            // The offset keeps the vertical view from being parallel to the camera's up axis.
             let position = object.center;
             Shot::still(camera.looking_at(position, position + direction + Vec3::Z * 0.01))
         })
@@ -110,8 +112,8 @@ fn window_size(object: &LodObject) -> Vec<Shot> {
         let half_width_deg = half_width.atan().to_degrees();
         // The turn puts the object at the side of the picture.
         shots.extend(at_distances(object, &camera, |distance| {
-            let reach_deg = (object.radius / distance).asin().to_degrees();
-            let turn_deg = (half_width_deg - reach_deg).max(0.0);
+            let radius_deg = (object.radius / distance).asin().to_degrees();
+            let turn_deg = (half_width_deg - radius_deg).max(0.0);
             Shot::still(from_front(camera, object, distance).turned(turn_deg, 0.0))
         }));
     }

@@ -143,7 +143,7 @@ impl Trial<'_> {
         let (instance, eye) = (&view.instance, &view.eye);
         let source = self.source;
         let displaced_px = source.displacements(&cut, instance, eye, self.is_two_sided);
-        let found = Displacement::of(displaced_px);
+        let found = Displacement::of(&displaced_px);
         self.sums.max_px = self.sums.max_px.max(found.max_px);
         self.last = Some((units, cut));
     }

@@ -73,11 +73,12 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let object = rock();
     let source = SourceSurface::new(&object.hierarchy, 4_000);
     let (near, far) = (eye(4.0), eye(1e7));
+    // A threshold of 0 selects the source.
     let mut chooser = Chooser::new(Method::Guaranteed, 0.0);
     let finest = chooser.choose(&ObjectView::new(&object, &Instance::default(), &near));
     let displacement = |units: &[u32]| {
         let cut = source.cut(units);
-        Displacement::of(source.displacements(&cut, &Instance::default(), &near, false))
+        Displacement::of(&source.displacements(&cut, &Instance::default(), &near, false))
     };
     let none = displacement(&finest.units);
     assert_eq!(none.max_px, 0.0);
@@ -88,7 +89,7 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let found = displacement(&coarsest.units);
     let deviation = object.level_errors_in_local.last().unwrap();
     let nearest = 4.0 - object.radius - object.center.length();
+    // Off the axis, lengths are stretched by up to 1/cos²φ: 1.2 at 24°, the edge of the rock at most.
     let bound = f64::from(deviation * near.focal_px() / nearest * 1.2);
     assert!(found.max_px > 0.0 && found.max_px <= bound, "{found:?}");
-    assert!(found.p99_9_px <= found.max_px);
 }

@@ -34,7 +34,7 @@ fn silhouette_of_a_sphere_has_the_expected_area() {
         return;
     };
     let sphere = sphere();
-    let model = renderer.upload(&sphere);
+    let model = renderer.upload(&sphere, None);
     for distance in [3.0f32, 8.0] {
         let picture = renderer.draw(&model, &eye(distance), &source(&sphere));
         let covered = picture.unwrap().covered;
@@ -53,7 +53,7 @@ fn same_cut_gives_the_same_picture() {
         return;
     };
     let sphere = sphere();
-    let model = renderer.upload(&sphere);
+    let model = renderer.upload(&sphere, None);
     let units = source(&sphere);
     let draw = |distance| renderer.draw(&model, &eye(distance), &units).unwrap();
     let first = draw(3.0);
@@ -69,7 +69,7 @@ fn coarser_levels_have_larger_errors() {
         return;
     };
     let sphere = sphere();
-    let model = renderer.upload(&sphere);
+    let model = renderer.upload(&sphere, None);
     let reference = renderer.draw(&model, &eye(3.0), &source(&sphere)).unwrap();
     let mut last = 0.0;
     for level in 1..sphere.level_count().min(5) {
@@ -92,7 +92,7 @@ fn rejects_orthographic_views() {
         return;
     };
     let sphere = sphere();
-    let model = renderer.upload(&sphere);
+    let model = renderer.upload(&sphere, None);
     let refused = renderer.draw(&model, &Eye::orthographic(3.0, SIZE_PX), &[]);
     assert!(matches!(refused, Err(RenderError::Orthographic)));
 }

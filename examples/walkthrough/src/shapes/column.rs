@@ -123,6 +123,7 @@ fn surface_point(row: &Station, sector: u32) -> Vec3 {
 
     // Wear removes some stone.
     let smooth = Vec3::new(cos * (outline - flute), row.height, sin * (outline - flute));
+    // Near the axis, the full depth would turn the surface inside out.
     let depth = wear_in_m(smooth, row) * (row.radius / 0.4).min(1.0);
     smooth - Vec3::new(cos, 0.0, sin) * depth
 }

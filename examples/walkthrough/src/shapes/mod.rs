@@ -22,7 +22,7 @@ pub(crate) enum ShapeId {
     Terrain,
     /// One of three boulders, about 1 m in radius, centred on the origin.
     Rock(u8),
-    /// A fluted column, 6.2 m tall.
+    /// A fluted column, 6 m tall.
     Column,
     /// The stump of a column, about 3 m tall.
     BrokenColumn,
@@ -71,7 +71,7 @@ impl ShapeId {
         Self::Stone,
     ];
 
-    /// Generates the shape. Takes about 100 ms. The ground has `ground_squares` along each side.
+    /// Generates the shape. The ground has `ground_squares` along each side.
     pub(crate) fn generate(self, ground_squares: u32) -> Shape {
         match self {
             Self::Terrain => terrain::terrain(ground_squares),

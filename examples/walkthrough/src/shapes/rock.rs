@@ -50,6 +50,7 @@ fn radius(direction: Vec3, cuts: &[(Vec3, f32)], seed: u32) -> f32 {
     let warp = Vec3::splat(0.06) * fbm(direction * 3.0, 3, seed + 20);
     let to_plane = |(normal, distance): &(Vec3, f32)| {
         let along = normal.dot(direction + warp);
+        // A plane that the direction hardly meets would be too far away to cut.
         if along > 0.05 { distance / along } else { 2.0 }
     };
     // The nearest plane cuts the sphere. Noise wears the surface.
@@ -68,6 +69,7 @@ fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
 
 /// A unit sphere from an icosahedron, with welded vertices. Each edge has n = `edge_parts` parts: 20 · n² triangles.
 pub(super) fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
+    // Bevy counts the vertices between the ends of an edge.
     let sphere = Sphere::new(1.0).mesh().ico(edge_parts - 1);
     let sphere = sphere.expect("spheres this coarse have few enough vertices");
     let positions = sphere.attribute(Mesh::ATTRIBUTE_POSITION);

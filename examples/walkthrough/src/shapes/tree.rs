@@ -217,6 +217,7 @@ impl Tree {
     /// Distance from the crown with its tufts.
     fn crown(&self, p: Vec3) -> f32 {
         let bare = self.bare_crown(p);
+        // Tufts move the surface by less than 1 m; skipping them elsewhere saves time.
         if bare.abs() > 1.0 {
             return bare;
         }
@@ -232,6 +233,7 @@ impl Tree {
 
     /// Position of a point in a tuft: 1 in its middle, 0 in the gaps.
     fn tuft(&self, p: Vec3) -> f32 {
+        // Small tufts roughen large ones.
         let q = p / self.species.tuft_in_m;
         let distance = cells(q, self.seed + 3);
         let fine = cells(q * 2.3, self.seed + 4);

@@ -23,7 +23,7 @@ use crate::models::Model;
 /// of a mesh represents a large picture of a finer mesh.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf or .glb files [default: generated models]. The primitive of each file with the most triangles is
+    /// The .gltf or .glb files [default: generated models]. Of each file, the primitive with the most triangles is
     /// measured.
     models: Vec<PathBuf>,
     /// The folder for the chart and its numbers; created if it is missing.
@@ -35,7 +35,7 @@ pub(crate) struct Arguments {
     /// Seed of the poses.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Also measure the generated models that were used to choose constants.
+    /// Measure the generated models on which constants were chosen, in place of the default ones.
     #[arg(long)]
     training: bool,
     /// Print all figures as a JSON object instead of a table.

@@ -28,7 +28,7 @@ impl Model {
         }
     }
 
-    /// Bakes the primitive with the most triangles in both systems.
+    /// Bakes the largest primitive with fieldlod and with clusterlod.
     pub(crate) fn bake(&self, config: &BakeConfig) -> Result<BakedModel, Failure> {
         let mesh = self.load()?;
         Ok(BakedModel {
@@ -39,7 +39,7 @@ impl Model {
         })
     }
 
-    /// All primitives of the glTF mesh with the most triangles, baked together.
+    /// Bakes all primitives of the largest glTF mesh together.
     pub(crate) fn bake_plant(&self, config: &BakeConfig) -> Result<Vec<Hierarchy>, Failure> {
         let path = match self {
             Self::File(path) => path,
@@ -49,6 +49,7 @@ impl Model {
             }
         };
         let import = import_gltf(path).map_err(|error| Failure::new(path, error))?;
+        // Primitives are in the order of the file, so those of a mesh are neighbours.
         let meshes = (import.primitives).chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index);
         let triangles = |primitives: &&[ImportedPrimitive]| {
             let counts = primitives.iter().map(|it| it.mesh.triangle_count());
@@ -69,7 +70,7 @@ impl Model {
         }
     }
 
-    /// The mesh of the primitive with the most triangles.
+    /// Loads the primitive with the most triangles.
     fn load(&self) -> Result<SourceMesh, Failure> {
         let path = match self {
             Self::File(path) => path,

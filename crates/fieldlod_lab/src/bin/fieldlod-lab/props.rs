@@ -11,13 +11,12 @@ use fieldlod_lab::render::Renderer;
 
 use crate::models::Model;
 
-/// Draw every level of whole meshes at several sizes and compare it with the source: RMSE, FLIP, the area covered,
-/// and the levels that the selection chooses at 1 px.
+/// Draw every level of whole meshes at several sizes and compare it with the source: RMSE, FLIP and the area covered.
 ///
 /// Needs a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// The .gltf or .glb files [default: generated plants]. The mesh of each file with the most triangles is measured,
+    /// The .gltf or .glb files [default: generated plants]. Of each file, the mesh with the most triangles is measured,
     /// with all its primitives.
     models: Vec<PathBuf>,
     /// Number of view directions.

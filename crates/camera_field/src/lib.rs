@@ -73,6 +73,7 @@
 //! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
 //!    (`density_on_the_image_plane_is_one`, in `field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
+//!    (`mean_and_deviation_match_numerical_integration`, in `applications.rs`)
 //!
 //! # Unstated assumptions of the paper
 //! 1. Square pixels and an image centred on the axis. Densities hold without both; the aspect ratio

@@ -17,7 +17,7 @@ use crate::report::BakeReport;
 
 /// Bakes all levels of detail of one mesh.
 ///
-/// A mesh that fits one cluster becomes a single terminal group: valid, but without coarser levels.
+/// A mesh with a dozen triangles or fewer becomes a single terminal group: valid, but without coarser levels.
 ///
 /// # Errors
 /// A [`MeshError`] if [`SourceMesh::validate`] rejects the mesh or the configuration is out of range.
@@ -25,7 +25,7 @@ pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, Me
     Ok(bake_mesh_with_report(mesh, config)?.0)
 }
 
-/// [`bake_mesh`], with a report of the fallbacks that were used.
+/// [`bake_mesh`], with a report: stuck groups, fallbacks and the size of the coarsest level.
 ///
 /// # Errors
 /// The errors of [`bake_mesh`].
@@ -77,6 +77,7 @@ pub(crate) fn bake_valid_mesh(
         sheets.add_backs(&mut groups, &mut vertices);
         report.two_sided_triangles = 2 * sheets.back_count();
     }
+    // `assemble` consumes the vertices.
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);

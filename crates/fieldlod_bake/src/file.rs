@@ -39,7 +39,7 @@ pub struct BakeOutcome {
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, in parallel.
 ///
-/// `progress` is called for every group, from several threads.
+/// `progress` is called from several threads, after each level of each primitive, and once for a rigged primitive.
 ///
 /// # Errors
 /// The errors of [`import_gltf`], and an error for a file without triangles. One faulty primitive among others is
@@ -88,6 +88,7 @@ pub fn bake_import(
         .primitives
         .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
         .collect();
+    // `kept` has one value per primitive, in the same order as the chunks above.
     let mut kept = kept_vertices(&import);
     let kept: Vec<Vec<Vec<bool>>> = meshes
         .iter()
@@ -99,7 +100,7 @@ pub fn bake_import(
         .map(|(mesh, kept)| bake_primitives(mesh, kept, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
-    // Rigged primitives were baked first. Files list primitives in the order of the glTF file.
+    // Rigged primitives were baked separately. Files list primitives in the order of the glTF file.
     baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
     let (primitives, reports) = baked.into_iter().unzip();
     Ok(BakeOutcome {
@@ -143,6 +144,7 @@ fn finish(
 /// For each primitive, the vertices where it meets other primitives of the same mesh, or of meshes with the same global
 /// transform.
 fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
+    // Vertices can be compared only in one space.
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, primitive) in import.primitives.iter().enumerate() {
         let space = import.space_of_mesh[primitive.place.mesh_index as usize];
@@ -180,6 +182,7 @@ fn bake_primitives(
         config.clone()
     };
     let baked = bake_together_with_progress(&meshes, kept, config, &shares);
+    // The estimated number of triangles is seldom exact. The rest counts as done.
     shares.iter().for_each(Share::finish);
     let finished = primitives.iter().zip(baked);
     finished
@@ -188,6 +191,7 @@ fn bake_primitives(
 }
 
 fn nothing_to_bake(import: &Import) -> ImportError {
+    // A fault is the better message: other primitives were skipped on purpose, such as points and lines.
     if let Some(fault) = import.first_fault() {
         return fault;
     }

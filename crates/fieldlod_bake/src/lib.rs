@@ -32,7 +32,8 @@
 //!
 //! # Conventions
 //! Lengths are in the units of the mesh's own ("local") space; no node transform is applied. Triangles wind
-//! counter-clockwise seen from outside. The same mesh and configuration give the same bytes.
+//! counter-clockwise seen from outside. The same mesh and configuration give the same bytes. Every cut of a closed mesh
+//! is closed.
 //!
 //! # Simplifications
 //! - The error of a group is the one that meshoptimizer reports: a weighted mean of squared distances and attribute
@@ -42,7 +43,6 @@
 //! - Texture seams and borders keep the positions of the source; only their attributes are interpolated.
 //! - Positions and attributes that differ only by rounding are welded, see `mesh/topology`.
 //! - Tangents do not affect the error. Tangents of the source are projected onto the simplified surface.
-//! - Every cut of a closed mesh is closed.
 //!
 //! Levels of skinned and morphed meshes use source vertices alone. Their deviation is 1.5 times the largest at samples
 //! in the poses that the bake uses. It is not a bound for other poses. [`verify_rigged`] computes a bound for joints
@@ -56,6 +56,9 @@
 //! `ASAN_OPTIONS=detect_odr_violation=0 cargo +nightly fuzz run import_gltf -- -max_total_time=600`.
 //! With a stable compiler, sanitizers are not available:
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run import_gltf -s none -- -max_total_time=600`.
+
+// Without the feature, items for tests and measurements are not exported.
+#![cfg_attr(not(any(test, feature = "test-support")), allow(unreachable_pub))]
 
 mod bake;
 mod characters;
@@ -78,11 +81,11 @@ mod verify;
 pub const REVISION: u32 = 6;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
-#[doc(hidden)]
-pub use characters::{Character, Part, Pose, clip_poses, deviations};
-pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 #[cfg(any(test, feature = "test-support"))]
-pub use characters::{plain_levels, pose_at};
+pub use characters::support::{
+    Character, Part, Pose, clip_poses, deviations, plain_levels, pose_at,
+};
+pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
 pub use import::{
@@ -94,7 +97,7 @@ pub use import::{
 #[cfg(any(test, feature = "test-support"))]
 pub use levels::clusterlod::{bare_clusterlod, clusterlod_hierarchy};
 pub use mesh::surface::{Surface, SurfaceAlpha, TextureMapping};
-#[doc(hidden)]
+#[cfg(any(test, feature = "test-support"))]
 pub use mesh::triangle_tree::{NearestTriangle, TriangleTree};
 pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use plants::together::{bake_adjacent, bake_together};

@@ -55,17 +55,18 @@ impl Deviations {
 #[must_use]
 pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
     let source = cut_below(hierarchy, 0);
-    let none = vec![0.0f64; hierarchy.groups.len()];
+    let zeros = vec![0.0f64; hierarchy.groups.len()];
     let mut found = Deviations {
-        from_source: none.clone(),
-        from_simplified: none,
+        from_source: zeros.clone(),
+        from_simplified: zeros,
     };
     for level in 0..hierarchy.level_count() {
         // From the source to the cut with all groups up to this level simplified.
         let cut = cut_below(hierarchy, level + 1);
         let of_level = |group: &u32| hierarchy.groups[*group as usize].level == level;
-        for place in places_on(&source, rows) {
-            let (distance, group) = nearest(&cut, place);
+        for sample in samples_on(&source, rows) {
+            let (distance, group) = nearest(&cut, sample);
+            // Samples nearest to a finer group were measured at the level of that group.
             if let Some(group) = group.filter(of_level) {
                 let farthest = &mut found.from_source[group as usize];
                 *farthest = farthest.max(distance);
@@ -74,8 +75,8 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
         // From the simplified triangles of this level to the source.
         for piece in &cut {
             if let Some(group) = piece.produced_by.filter(of_level) {
-                let places = places_on(std::slice::from_ref(piece), rows);
-                let distances = places.map(|place| nearest(&source, place).0);
+                let samples = samples_on(std::slice::from_ref(piece), rows);
+                let distances = samples.map(|sample| nearest(&source, sample).0);
                 let farthest = &mut found.from_simplified[group as usize];
                 *farthest = distances.fold(*farthest, f64::max);
             }
@@ -86,13 +87,9 @@ pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
 
 /// The surface with all groups below `level` simplified.
 fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
-    let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level >= level).collect();
-    hierarchy.close_refinement(&mut refined);
     let position = |v: u32| hierarchy.vertices.positions[v as usize].as_dvec3();
-    let units = hierarchy
-        .drawn_units(&refined)
-        .map(|unit| &hierarchy.units[unit]);
-    let pieces = units.flat_map(|unit| {
+    let units = hierarchy.units_at_level(level).into_iter();
+    let pieces = units.map(|unit| &hierarchy.units[unit]).flat_map(|unit| {
         let triangles = hierarchy.triangles_of(unit);
         triangles.map(move |triangle| Piece {
             corners: triangle.map(position),
@@ -102,7 +99,8 @@ fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
     pieces.collect()
 }
 
-fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
+/// Samples at the corners of each triangle and on `rows` rows in between.
+fn samples_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
     let shares = (0..=rows).flat_map(move |row| {
         (0..=rows - row).map(move |column| {
             let [b, c] = [row, column].map(|steps| f64::from(steps) / f64::from(rows));
@@ -111,14 +109,14 @@ fn places_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
     });
     pieces.iter().flat_map(move |piece| {
         let [a, b, c] = piece.corners;
-        let place = move |[at_a, at_b, at_c]: [f64; 3]| a * at_a + b * at_b + c * at_c;
-        shares.clone().map(place)
+        let sample = move |[at_a, at_b, at_c]: [f64; 3]| a * at_a + b * at_b + c * at_c;
+        shares.clone().map(sample)
     })
 }
 
 /// Distance of the nearest triangle, and its group.
-fn nearest(pieces: &[Piece], place: DVec3) -> (f64, Option<u32>) {
-    let distance_to = |piece: &Piece| (exact_distance(place, piece.corners), piece.produced_by);
+fn nearest(pieces: &[Piece], sample: DVec3) -> (f64, Option<u32>) {
+    let distance_to = |piece: &Piece| (exact_distance(sample, piece.corners), piece.produced_by);
     pieces
         .iter()
         .map(distance_to)

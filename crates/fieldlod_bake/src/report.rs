@@ -23,7 +23,8 @@ pub struct BakeReport {
 }
 
 impl BakeReport {
-    /// A coarsest level with more triangles than this counts as stuck.
+    /// A coarsest level with more triangles than this counts as stuck. It is the size
+    /// of two default clusters.
     pub const MOST_COARSEST: usize = 512;
 
     /// Whether the coarsest level has too many triangles in spite of all fallbacks.

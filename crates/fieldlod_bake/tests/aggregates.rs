@@ -18,9 +18,7 @@ fn bake(mesh: &SourceMesh) -> Hierarchy {
 /// Triangles of each level of the whole mesh, finest first.
 fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
     let level = |level: u32| {
-        let mut refined: Vec<bool> = hierarchy.groups.iter().map(|g| g.level >= level).collect();
-        hierarchy.close_refinement(&mut refined);
-        let units = hierarchy.drawn_units(&refined);
+        let units = hierarchy.units_at_level(level).into_iter();
         let triangles = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
         triangles.collect()
     };
@@ -338,7 +336,7 @@ fn wind_weights_in_colours_stay_within_their_range() {
     }
 }
 
-/// Vertices of each connected component.
+/// Triangle corners of each connected component.
 fn components(triangles: &[[u32; 3]], vertex_count: usize) -> Vec<Vec<u32>> {
     let mut leads_to: Vec<usize> = (0..vertex_count).collect();
     let root = |leads_to: &[usize], mut vertex: usize| {

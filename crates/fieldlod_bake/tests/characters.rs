@@ -165,9 +165,9 @@ fn stated_deviation_holds_in_held_out_clips() {
     let levels: Vec<Vec<[u32; 3]>> = levels.collect();
     let measured = deviations(character, &poses, &levels);
     for (level, &deviation) in measured.iter().enumerate().skip(1) {
-        let promise = baked[0].groups[level - 1].deviation_in_local;
+        let stated = baked[0].groups[level - 1].deviation_in_local;
         assert!(deviation > 0.0);
-        assert!(deviation <= promise, "{level}: {deviation} {promise}");
+        assert!(deviation <= stated, "{level}: {deviation} {stated}");
     }
 }
 

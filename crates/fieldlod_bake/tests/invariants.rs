@@ -255,33 +255,6 @@ fn texture_seams_are_not_torn() {
 }
 
 #[test]
-fn finest_cut_is_the_source() {
-    for (name, mesh) in closed_meshes() {
-        let hierarchy = bake(&mesh, &many_groups());
-        let sorted = |triangles: &[[u32; 3]]| {
-            let mut triangles: Vec<[u32; 3]> = triangles.to_vec();
-            for triangle in &mut triangles {
-                let smallest = (0..3).min_by_key(|&i| triangle[i]).unwrap();
-                triangle.rotate_left(smallest);
-            }
-            triangles.sort_unstable();
-            triangles
-        };
-        let (source, _) = mesh.indices.as_chunks::<3>();
-        assert!(
-            sorted(&cut(&hierarchy, |_| true)) == sorted(source),
-            "{name}"
-        );
-    }
-}
-
-#[test]
-fn bake_is_deterministic() {
-    let mesh = fixtures::torus_knot(200, 24);
-    assert!(bake(&mesh, &many_groups()) == bake(&mesh, &many_groups()));
-}
-
-#[test]
 fn bake_is_independent_of_the_unit_of_length() {
     let metres = fixtures::rock(4, 9);
     let mut kilometres = metres.clone();

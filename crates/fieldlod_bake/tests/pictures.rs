@@ -48,8 +48,8 @@ fn verify_rejects_cloth_with_missing_border() {
         let middle = cloth.positions[triangle[0] as usize] - Vec3::new(0.5, 0.0, 0.5);
         middle.x.abs().max(middle.z.abs()) < 0.35
     };
-    let eaten: Vec<[u32; 3]> = whole.iter().filter(is_inside).copied().collect();
-    let fault = check(&cloth, &eaten).unwrap_err();
+    let shrunk: Vec<[u32; 3]> = whole.iter().filter(is_inside).copied().collect();
+    let fault = check(&cloth, &shrunk).unwrap_err();
     assert!(
         matches!(fault, VerifyError::Pictures { level: 1, .. }),
         "{fault}"

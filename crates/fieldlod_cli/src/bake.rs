@@ -156,6 +156,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (import, scene) = read(arguments)?;
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
+    // Edges of the exact mesh: quantization changes them.
     let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
         precision: arguments.precision(),
@@ -199,6 +200,7 @@ fn read(arguments: &Arguments) -> Result<(Import, Option<SceneFiles>), Failure> 
     let mut scene = None;
     if arguments.scene {
         let source = unpack_gltf(&bytes, &beside).map_err(fail)?;
+        // The rewritten file is baked, because the levels must fit the vertices that the scene holds.
         bytes = source.to_glb();
         let images = read_images(input, &source)?;
         scene = Some(SceneFiles { source, images });
@@ -279,6 +281,7 @@ impl SceneFiles {
         files.push((path("glb"), scene.glb));
         let is_new = !folder.exists();
         let written = files.iter().try_for_each(|(path, bytes)| {
+            // Images may be in folders of their own.
             make_folder(path.parent().unwrap_or(folder))?;
             write_whole(path, bytes)
         });
@@ -301,6 +304,7 @@ fn read_images(input: &Path, source: &UnpackedGltf) -> Result<Vec<(PathBuf, Vec<
     let read = |uri: &str| {
         let decoded = percent_decode_str(uri).decode_utf8_lossy();
         let path = Path::new(&*decoded);
+        // A scene must not write outside its folder.
         let is_inside = |part| matches!(part, Component::Normal(_) | Component::CurDir);
         let from = input.with_file_name(path);
         if uri.contains(':') || !path.components().all(is_inside) {

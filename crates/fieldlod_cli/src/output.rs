@@ -93,6 +93,7 @@ fn temporary_name(path: &Path) -> PathBuf {
 }
 
 fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // Another process with the same id, for example in a container, must not write the same file.
     let mut file = File::create_new(path)?;
     file.write_all(bytes)?;
     // Otherwise the new name may be written to disk before the contents.

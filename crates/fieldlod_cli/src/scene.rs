@@ -56,6 +56,7 @@ impl Scene {
         for primitive in &large.primitives {
             replace(json, primitive, pages, &mut added)?;
         }
+        // Accessors lose their views before packing, so that `pack` sees which views are still used.
         let dropped = drop_unused_accessors(json, &added.replaced);
         source.binary = pack(json, &source.binary, &added, &dropped)?;
         for (accessor, view) in dropped {
@@ -136,9 +137,10 @@ fn replace(
 
 /// Adds the coarsest cut as a mesh. Returns its attributes and the accessor of its indices.
 fn add_coarsest(json: &mut Value, added: &mut Added, hierarchy: &Hierarchy) -> (Value, usize) {
-    let mut refined = vec![false; hierarchy.groups.len()];
-    hierarchy.close_refinement(&mut refined);
-    let units = hierarchy.drawn_units(&refined);
+    // Only the vertices of the coarsest cut are written: this is what keeps the scene small.
+    let units = hierarchy
+        .units_at_level(hierarchy.level_count())
+        .into_iter();
     let triangles = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
     let corners: Vec<u32> = triangles.flatten().collect();
     let used: BTreeSet<u32> = corners.iter().copied().collect();
@@ -316,6 +318,7 @@ fn pack(
         };
         view["byteOffset"] = bytes.len().into();
         bytes.extend_from_slice(of_view);
+        // glTF aligns accessors to their component, which has at most four bytes.
         bytes.resize(bytes.len().next_multiple_of(4), 0);
     }
     json["buffers"] = json!([{ "byteLength": bytes.len() }]);

@@ -1,5 +1,6 @@
 //! The numbers that `bake` and `inspect` print about a hierarchy.
 
+use fieldlod_bake::PrimitivePlace;
 use fieldlod_hierarchy::{BakedPrimitive, Group, Hierarchy};
 use serde::Serialize;
 
@@ -59,6 +60,7 @@ impl Spread {
         sorted.sort_by(f32::total_cmp);
         Some(Self {
             min: *sorted.first()?,
+            // The upper one of two middle values: a value that occurs.
             median: sorted[sorted.len() / 2],
             max: *sorted.last()?,
         })
@@ -92,14 +94,12 @@ impl PrimitiveSummary {
 
     /// The place of the primitive in the file, with its name if it has one.
     pub(crate) fn title(&self) -> String {
-        let Self {
-            mesh, primitive, ..
-        } = self;
-        if self.name.is_empty() {
-            format!("mesh {mesh}, primitive {primitive}")
-        } else {
-            format!("mesh {mesh} ({:?}), primitive {primitive}", self.name)
-        }
+        let place = PrimitivePlace {
+            mesh_index: self.mesh,
+            primitive_index: self.primitive,
+            name: self.name.clone(),
+        };
+        place.to_string()
     }
 }
 

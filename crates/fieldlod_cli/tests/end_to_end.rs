@@ -124,38 +124,17 @@ fn assert_verify_fails(input: &Path, file: &Path, fault: &str) {
 fn rejects_bad_input_files_in_one_line() {
     let folder = TempDir::new().unwrap();
     let path = grid_glb(folder.path(), 4);
-    let whole = fs::read(&path).unwrap();
-    let with_bytes = |offset: usize, bytes: [u8; 4]| {
-        let mut file = Glb::read(&path);
-        file.binary[offset..offset + 4].copy_from_slice(&bytes);
-        file.write(&folder.path().join("changed.glb"));
-        fs::read(folder.path().join("changed.glb")).unwrap()
-    };
-    let nan = with_bytes(0, f32::NAN.to_le_bytes());
-    let index = with_bytes(25 * 12 + 95 * 4, 25u32.to_le_bytes());
+    let mut file = Glb::read(&path);
+    file.binary[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    file.write(&path);
+    let nan = fs::read(&path).unwrap();
     for (name, bytes, fault) in [
-        ("empty.glb", &b""[..], "the file is empty"),
-        ("text.glb", b"hello", "not a glTF file"),
-        (
-            "cut.glb",
-            &whole[..whole.len() - 7],
-            "truncated: the file ends after",
-        ),
-        (
-            "json.gltf",
-            b"{\"asset\":{\"version\":\"2.0\"}}",
-            "it has no meshes",
-        ),
-        ("bad.gltf", b"{\"asset\":", "not valid glTF: "),
+        ("text.glb", &b"hello"[..], "not a glTF file"),
+        ("cut.glb", &nan[..99], "truncated: the file ends after"),
         (
             "nan.glb",
             &nan,
             "mesh 0 (\"grid\"), primitive 0: vertex 0 lies at [NaN, 0, 0]",
-        ),
-        (
-            "index.glb",
-            &index,
-            "index 95 is 25, but there are only 25 vertices",
         ),
     ] {
         let path = folder.path().join(name);

@@ -143,13 +143,13 @@ fn full_disk_leaves_no_partial_files() {
         fs::create_dir_all(failed.parent().unwrap()).unwrap();
         let baked = full(arguments, &output);
         assert_eq!(baked.status.code(), Some(1), "{baked:?}");
-        let said = String::from_utf8(baked.stderr).unwrap();
+        let shown = String::from_utf8(baked.stderr).unwrap();
         let expected = format!(
             "error: {}: could not be written: File too large",
             failed.display()
         );
-        assert!(said.starts_with(&expected), "{said}");
-        assert_eq!(said.lines().count(), 1, "{said}");
+        assert!(shown.starts_with(&expected), "{shown}");
+        assert_eq!(shown.lines().count(), 1, "{shown}");
         let left = fs::read_dir(failed.parent().unwrap()).unwrap();
         let left: Vec<_> = left.map(|entry| entry.unwrap().file_name()).collect();
         assert!(left.is_empty(), "{left:?}");

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! magic "FLDLOD\r\n" | version u32 | primitive count u32 | directory bytes u64 | XXH3 of it u64
-//! directory: per primitive  indices, name, source hash, attributes, precision, counts,
+//! directory: per primitive  indices, name, source hash, attributes, precision, flags, carrier joint,
+//!            grids and position error if quantized, counts,
 //!            and length u64 and XXH3 u64 of each section
 //! sections:  the first of every primitive, the second of every primitive, …
 //! ```

@@ -32,6 +32,7 @@ impl Hierarchy {
             return Err(InvalidHierarchy::OtherSource { vertices, expected });
         }
         self.vertices.replace_first(expected, source)?;
+        // The file could check only what does not depend on positions.
         self.validate()?;
         Ok(self)
     }
@@ -49,6 +50,7 @@ impl Hierarchy {
         let place = |vertex: &mut u32| {
             *vertex = match used.get(*vertex as usize) {
                 Some(&place) => place,
+                // Moved vertices come after all source vertices.
                 None => *vertex + (all - count) as u32,
             };
         };

@@ -100,6 +100,7 @@ impl SourceHash {
 
     /// Adds a list and its length to the hash.
     fn and<V: NoUninit>(self, values: &[V]) -> Self {
+        // The previous hash is the seed, and the length comes first: values cannot move from one list to the next.
         let mut hasher = Xxh3::with_seed(self.0);
         hasher.update(&(values.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(values));

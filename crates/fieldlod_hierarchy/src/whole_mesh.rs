@@ -92,6 +92,7 @@ impl Hierarchy {
     /// Returns `None` and adds nothing if the level has more vertices than 16-bit indices allow.
     pub fn push_whole_mesh(&mut self, triangles: &[[u32; 3]], group: Group) -> Option<()> {
         let finer = (self.groups.len() as u32).checked_sub(1);
+        // Sorted, so that neighbours in memory stay neighbours, and a search finds the index of a vertex.
         let mut used: Vec<u32> = triangles.as_flattened().to_vec();
         used.sort_unstable();
         used.dedup();

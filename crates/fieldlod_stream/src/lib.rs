@@ -43,7 +43,7 @@
 //! // When the page is on the GPU:
 //! residency.set_loaded(orders.load[0]);
 //! let coarsest = file.meshes[0].groups_of(0)[0];
-//! assert!(residency.is_at_hand(hills, coarsest));
+//! assert!(residency.is_resident(hills, coarsest));
 //! ```
 
 mod mesh_pages;

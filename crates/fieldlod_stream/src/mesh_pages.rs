@@ -69,6 +69,7 @@ impl MeshPages {
         let mut coarser = vec![Vec::new(); mesh.pages.len()];
         for (group, data) in (0..group_count).zip(&mesh.graph.groups) {
             let page = mesh.page_of(group);
+            // By the cut rule, a refined finer group refines this group as well, which then draws units of `page`.
             for &finer in mesh.graph.finer_groups(data) {
                 coarser[mesh.page_of(finer) as usize].push(page);
             }
@@ -104,7 +105,7 @@ impl MeshPages {
     /// Raises the priority of the coarser pages that a page depends on.
     pub(crate) fn raise_coarser_priorities(&mut self, page: u32) {
         let priority = self.pages[page as usize].priority;
-        // Taken out while the other pages of the list are changed.
+        // Taken out while other pages of the same list are changed. A swap saves the copy.
         let coarser = std::mem::take(&mut self.pages[page as usize].coarser);
         for &coarser in &coarser {
             let coarser = &mut self.pages[coarser as usize];

@@ -94,6 +94,7 @@ impl Residency {
         Self {
             settings,
             meshes: Vec::new(),
+            // Frame 0 is the initial value of `used_at`: no page was used yet.
             frame: 1,
             time: Duration::ZERO,
             coarsening: 1.0,
@@ -116,6 +117,7 @@ impl Residency {
     pub fn add_mesh(&mut self, mesh: &PagedMesh) -> StreamMeshId {
         let pages = MeshPages::new(mesh);
         self.first_page_bytes += pages.pages.first().map_or(0, |page| page.gpu_bytes);
+        // Slots are not reused: an old id must not refer to a new mesh.
         self.meshes.push(Some(pages));
         StreamMeshId(self.meshes.len() as u32 - 1)
     }
@@ -161,7 +163,7 @@ impl Residency {
 
     /// Returns `true` if the units of a group are resident.
     #[must_use]
-    pub fn is_at_hand(&self, mesh: StreamMeshId, group: u32) -> bool {
+    pub fn is_resident(&self, mesh: StreamMeshId, group: u32) -> bool {
         let page = self.mesh(mesh).and_then(|mesh| mesh.page_of(group));
         let page = page.and_then(|page| self.page(StreamPageId { mesh, page }));
         page.is_some_and(|page| page.state == PageState::Resident)
@@ -210,6 +212,7 @@ impl Residency {
 
     /// Ends a frame and returns its loads and evictions. The next frame begins `elapsed` later.
     pub fn update(&mut self, elapsed: Duration) -> Orders {
+        // First pages stay resident whether or not they are demanded, so they always count.
         self.statistics.wanted_bytes = self.wanted_bytes + self.first_page_bytes;
         self.statistics.missing_pages = self.wanted.len() as u32;
         self.adapt();
@@ -218,6 +221,7 @@ impl Residency {
         self.load_wanted(&mut orders);
         // A reduced budget may require evictions even if no page is wanted.
         self.make_room(0, &mut orders);
+        // The list may hold pages that are used or removed in the next frame.
         self.idle = None;
         self.evict_unused(&mut orders);
         self.wanted.clear();
@@ -254,6 +258,7 @@ impl Residency {
                 mesh: StreamMeshId(mesh as u32),
                 page: 0,
             };
+            // Without room: geometry that is missing altogether is worse than a budget that is exceeded.
             if self.may_load(first) {
                 self.begin_loading(first, orders);
             }
@@ -320,6 +325,7 @@ impl Residency {
         let held =
             |statistics: &Statistics| statistics.resident_bytes + statistics.loading_gpu_bytes;
         while held(&self.statistics) + bytes > budget {
+            // The list is sorted once for all evictions of a frame.
             if self.idle.is_none() {
                 self.idle = Some(self.find_idle());
             }
@@ -397,6 +403,7 @@ impl Residency {
             return;
         };
         let [first, most] = RETRY_FRAMES;
+        // Doubles with each failure. The shift is limited, because more failures would overflow it.
         let wait = first.saturating_mul(1 << entry.failures.min(16)).min(most);
         entry.failures += 1;
         entry.state = PageState::Failed {
@@ -409,6 +416,7 @@ impl Residency {
     fn end_loading(&mut self, page: StreamPageId) -> Option<&mut PageEntry> {
         let mesh = self.meshes.get_mut(page.mesh.0 as usize)?.as_mut()?;
         let entry = mesh.pages.get_mut(page.page as usize)?;
+        // A page may be reported twice, or after its mesh was removed. Bytes must not be subtracted again.
         if entry.state != PageState::Loading {
             return None;
         }

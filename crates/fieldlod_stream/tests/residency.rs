@@ -175,8 +175,8 @@ fn mesh_can_be_removed_while_loading() {
     assert_eq!(statistics.resident_bytes, first);
     assert_eq!(statistics.loading_bytes, 0);
     assert_eq!(statistics.loading_gpu_bytes, 0);
-    assert!(residency.is_at_hand(kept, ROCKS[0].groups_of(0)[0]));
-    assert!(!residency.is_at_hand(removed, ROCKS[1].groups_of(0)[0]));
+    assert!(residency.is_resident(kept, ROCKS[0].groups_of(0)[0]));
+    assert!(!residency.is_resident(removed, ROCKS[1].groups_of(0)[0]));
 }
 
 #[test]

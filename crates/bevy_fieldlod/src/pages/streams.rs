@@ -116,7 +116,7 @@ impl PageStreams {
     /// Sets the groups of a mesh that selection may refine.
     fn update_available_groups(&self, mesh: StreamMeshId, scene: &mut LodScene) {
         if let Some(streamed) = self.meshes.get(&mesh) {
-            let at_hand = |group| self.residency.is_at_hand(mesh, group);
+            let at_hand = |group| self.residency.is_resident(mesh, group);
             scene.scene.set_available(streamed.id, at_hand);
         }
     }

@@ -84,6 +84,7 @@ impl SphereExtent {
         }
         // The largest secant is that of the sphere's edge or of the image's corner, the smaller of both.
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
+        // `√(ρ² − r²)`, without the difference of squares, which loses precision near the sphere.
         let tangent_length = (gap * (rho + radius)).sqrt();
         // cos(φ + δ), expanded.
         let cosine = (center.z * tangent_length - off_axis * radius) / rho_squared - ROUNDING;
@@ -129,6 +130,7 @@ impl Intrinsics {
     /// unit of displacement perpendicular to the sight ray, `√(c / cos φ)`.
     #[inline]
     pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
+        // For oblong pixels, the larger focal length gives an upper bound.
         let focal = self.focal_px.x.max(self.focal_px.y);
         let extent = self.sphere_extent(center, radius);
         extent.bound(|sec, z| focal * sec / z)
@@ -165,6 +167,7 @@ impl SphereExtent {
 /// Comparing squares saves the root and the division of a unit normal.
 #[inline]
 fn beyond_side(across: Real, slope: Real, z: Real, radius: Real) -> bool {
+    // Rounding is added, so that a sphere that touches the plane counts as visible.
     let edge = slope * z;
     let inside_by = across - edge + ROUNDING * (across.abs() + edge.abs());
     inside_by < 0.0 && inside_by * inside_by > radius * radius * (1.0 + slope * slope)

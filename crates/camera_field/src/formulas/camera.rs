@@ -68,6 +68,7 @@ impl Camera {
         if !(viewport_px.is_finite() && viewport_px.x > 0.0 && viewport_px.y > 0.0) {
             return Err(ProjectionError::EmptyViewport);
         }
+        // Tests for zero are exact: projections are built with these zeros.
         let rows = ProjectionRows::read(clip_from_view)?;
         // The divisor of the image: a constant, or the distance along −z.
         let [.., w_from_z, w_constant] = rows.w;
@@ -156,6 +157,7 @@ impl ProjectionRows {
 }
 
 fn perspective(rows: &ProjectionRows, viewport_px: Vec2) -> Result<Camera, ProjectionError> {
+    // A shift grows with depth and moves the edges of the image. An offset would move the eye.
     let ([.., x_shift, x_offset], [.., y_shift, y_offset]) = (rows.x, rows.y);
     if x_offset != 0.0 || y_offset != 0.0 {
         return Err(ProjectionError::Sheared);

@@ -86,6 +86,7 @@ impl Intrinsics {
         let factor = -self.constant_px2() * center.dot(normal) / z_cubed;
         // The denominator corrects for the differences of depth within the disk.
         let slant = (1.0 - normal.z * normal.z).max(0.0);
+        // `rest^(3/2)` without a power function.
         let rest = 1.0 - radius * radius * slant / (center.z * center.z);
         core::f64::consts::PI as Real * radius * radius * factor / (rest * rest.sqrt())
     }
@@ -122,6 +123,7 @@ impl ClippedTriangle {
             }
             // The edge crosses the plane.
             if (inside_here >= 0.0) != (inside_next >= 0.0) {
+                // Both distances have different signs, so the divisor is not zero.
                 let share = inside_here / (inside_here - inside_next);
                 self.push(here + (next - here) * share);
             }

@@ -161,6 +161,7 @@ impl Intrinsics {
             return Vec3::ZERO;
         }
         let rho = p.length();
+        // The Cartesian form needs no angles, so selection gets the same bits on every machine.
         let scale = self.constant_px2() / (rho * p.z * p.z * p.z);
         Vec3::new(p.x, p.y, p.z - 3.0 * rho * rho / p.z) * scale
     }

@@ -23,6 +23,7 @@ impl Pose {
     /// Panics if `up` is parallel to the view direction, or `origin` equals `target`.
     pub fn looking_at(origin: Vec3, target: Vec3, up: Vec3) -> Self {
         let k = (target - origin).normalize();
+        // `k × up` points to the right of the image, and `k × i` downwards.
         let i = k.cross(up).normalize();
         assert!(k.is_finite() && i.is_finite(), "no view direction");
         Self {

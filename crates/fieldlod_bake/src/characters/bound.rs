@@ -94,6 +94,7 @@ impl<'a> Skeleton<'a> {
         };
         let growths = moments.iter().map(|(&joint, (moment, _))| {
             let [own, other] = [joint, strongest].map(|joint| &self.chains[usize::from(joint)]);
+            // Joints above both turn them together, and change no distance.
             let of_own = own.iter().filter(|joint| !other.contains(joint));
             let between = of_own.chain(other.iter().filter(|joint| !own.contains(joint)));
             let arms = between.map(|joint| {

@@ -28,6 +28,7 @@ pub(super) fn channels(poses: &[Vec<Vec3>]) -> Vec<[f32; CHANNELS]> {
         own.flat_map(move |(pose, center)| (pose[vertex] - center).to_array())
     };
     let rows: Vec<f32> = (0..vertices).flat_map(row).collect();
+    // Any start converges. A fixed seed makes bakes repeatable.
     let mut random = Random::new(1);
     let mut axes: Vec<[f32; CHANNELS]> = (0..width)
         .map(|_| std::array::from_fn(|_| random.unit() - 0.5))
@@ -57,6 +58,7 @@ fn project(rows: &[f32], axes: &[[f32; CHANNELS]]) -> Vec<[f32; CHANNELS]> {
 
 /// Multiplies the transposed rows by their components.
 fn back(rows: &[f32], projected: &[[f32; CHANNELS]], width: usize) -> Vec<[f32; CHANNELS]> {
+    // Not in parallel: sums of floating-point numbers depend on their order.
     let mut axes = vec![[0.0; CHANNELS]; width];
     for (row, components) in rows.chunks(width.max(1)).zip(projected) {
         for (axis, number) in axes.iter_mut().zip(row) {

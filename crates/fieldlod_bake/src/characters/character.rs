@@ -74,6 +74,7 @@ impl<'a> Character<'a> {
                 continue;
             };
             let mesh = primitive.place.mesh_index;
+            // Indices of skins and of meshes overlap, so the key tells which one it has.
             let key = (rig.skin.is_none(), rig.skin.unwrap_or(mesh));
             by_key.entry(key).or_default().push(Part {
                 index,
@@ -109,7 +110,8 @@ impl<'a> Character<'a> {
         character
     }
 
-    /// The joint that moves the largest area. Poses are relative to it, because walking forward deforms nothing.
+    /// The joint that moves the largest area. Poses are relative to it: a character that moves as a whole is not
+    /// deformed.
     pub(super) fn carrier_joint(&self) -> Option<u16> {
         self.joints_by_weight.first().copied()
     }
@@ -153,6 +155,7 @@ impl<'a> Character<'a> {
             }
         }
         let mut joints: Vec<(u16, f32)> = areas.into_iter().collect();
+        // A stable sort of a sorted map: equal areas stay in the order of joints.
         joints.sort_by(|a, b| b.1.total_cmp(&a.1));
         joints.into_iter().map(|(joint, _)| joint).collect()
     }

@@ -156,6 +156,7 @@ fn measure(
         }
     };
     let mut levels: Vec<Measured> = levels.par_iter().map(measured).collect();
+    // Poses come one after the other, and levels in parallel: each search starts from the result of the previous pose.
     for pose in poses {
         let positions = pose.positions(character);
         source.pose(&positions);
@@ -226,6 +227,7 @@ impl Measured {
                 let enough = if is_exact { 0.0 } else { farthest.max(floor) };
                 let start = near.map(|(found, _)| found);
                 let Some(found) = to.tree.near_enough(place, enough * enough, start) else {
+                    // Only a surface without triangles has no nearest place.
                     break;
                 };
                 *near = Some((found, to.sample_at(found.triangle, place, positions)));

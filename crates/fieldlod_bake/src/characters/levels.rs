@@ -59,7 +59,7 @@ pub(super) fn bake(
             error_in_local: next.map_or(f32::INFINITY, Level::error),
             deviation_in_local: next
                 .filter(|_| config.measure_deviation)
-                .map_or(f32::INFINITY, Level::promise),
+                .map_or(f32::INFINITY, Level::stated_deviation),
             ..Group::default()
         }
     };
@@ -107,11 +107,12 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     for of_level in candidates.chunks(STRENGTHS.len()) {
         let last = &levels[levels.len() - 1];
         let most = last.triangles.len() as f32 * config.stuck_ratio;
-        let with_floor = of_level.iter().map(|(triangles, of_components)| {
+        let coarser = of_level.iter().map(|(triangles, of_components)| {
             let level = last.coarser(character, triangles, of_components);
             (triangles, level)
         });
-        let usable = with_floor.filter(|(_, level)| level.triangles.len() as f32 <= most);
+        // Without enough progress, there is no level. Candidates of the next target are compared with the same level.
+        let usable = coarser.filter(|(_, level)| level.triangles.len() as f32 <= most);
         let best = usable.min_by(|(_, a), (_, b)| a.deviation.total_cmp(&b.deviation));
         if let Some((triangles, level)) = best {
             simplified.push(triangles);
@@ -144,10 +145,12 @@ fn measure_again(character: &Character<'_>, poses: &[Pose], levels: &mut [Level]
 }
 
 impl Level {
-    fn promise(&self) -> f32 {
+    /// The deviation that the hierarchy states, with a margin for other poses.
+    fn stated_deviation(&self) -> f32 {
         (self.deviation * POSE_MARGIN).min(f32::MAX)
     }
 
+    /// The error that decides when the level is drawn.
     fn error(&self) -> f32 {
         // Four times the root mean square may exceed the largest distance.
         (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)

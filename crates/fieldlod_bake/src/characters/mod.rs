@@ -20,14 +20,17 @@ use crate::config::BakeConfig;
 use crate::import::{Import, PrimitivePlace};
 use crate::mesh::MeshError;
 use crate::report::BakeReport;
-pub use character::{Character, Part};
-pub use deviation::deviations;
-#[cfg(any(test, feature = "test-support"))]
-pub use poses::pose_at;
-pub use poses::{Pose, clip_poses};
-#[cfg(any(test, feature = "test-support"))]
-pub use simplify::plain_levels;
+use character::Character;
 pub use verify::{RiggedVerified, verify_rigged};
+
+/// For tests and measurements of levels.
+#[cfg(any(test, feature = "test-support"))]
+pub mod support {
+    pub use super::character::{Character, Part};
+    pub use super::deviation::deviations;
+    pub use super::poses::{Pose, clip_poses, pose_at};
+    pub use super::simplify::plain_levels;
+}
 
 /// The levels of a rigged primitive, or why it has none.
 pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;

@@ -32,8 +32,9 @@ const BEND: f32 = 1.3;
 /// is 9 % larger.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
 /// Poses that guide the simplification and choose between its results. Each one costs a measurement of every candidate.
-/// With 16, characters have 5 % more triangles at equal deviation. More than 32 are only used with many morph targets.
-const MOST_MADE_FOR: usize = 32;
+/// With 16, characters have 5 % more triangles at equal deviation. Only characters with many morph targets or instances
+/// have more than 32.
+const MOST_GUIDING: usize = 32;
 
 /// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
 /// carrier joint.
@@ -125,7 +126,8 @@ impl Training {
         let mut poses = farthest(character, first, varied);
         poses.extend(target_poses(character));
         poses.retain(|pose| pose.is_usable(character));
-        let chosen = poses.len().min(MOST_MADE_FOR);
+        let chosen = poses.len().min(MOST_GUIDING);
+        // Bent joints come last: they only measure levels, unless there are no clips.
         poses.extend(bent);
         Self { poses, chosen }
     }
@@ -178,7 +180,7 @@ fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pos
         let rest = import.nodes[node as usize].rotation;
         let rotation = rest * Quat::from_axis_angle(axis, angle);
         let change = (node, Property::Rotation, rotation.to_array().to_vec());
-        // Other instances differ by their morph targets alone.
+        // Instances differ by their morph weights alone, so one of them suffices.
         rig.poses(&[change]).into_iter().next()
     };
     bends.filter_map(pose).collect()
@@ -208,6 +210,7 @@ fn farthest(character: &Character<'_>, mut chosen: Vec<Pose>, candidates: &[Pose
     };
     let places: Vec<Vec<Vec3>> = candidates.iter().map(compared).collect();
     let mut distances = vec![f32::INFINITY; candidates.len()];
+    // Updates the distances for one more chosen pose, and returns the candidate that is now farthest.
     let mut shrink = |to: &[Vec3]| {
         for (distance, places) in distances.iter_mut().zip(&places) {
             let pairs = places.iter().zip(to);
@@ -259,6 +262,7 @@ impl<'a> Rig<'a> {
         let mut order: Vec<u32> = Vec::new();
         for &joint in joints {
             let chain = ancestors(&import.nodes, joint);
+            // The ancestors of a known node are known as well.
             let new = chain.take_while(|node| !is_used[*node as usize]);
             let new: Vec<u32> = new.collect();
             new.iter().for_each(|node| is_used[*node as usize] = true);
@@ -357,6 +361,7 @@ impl<'a> Rig<'a> {
         });
         let joints: Vec<Affine3A> = joints.collect();
         let carrier = joints.get(usize::from(self.character.carrier_joint()?))?;
+        // A carrier that is scaled to zero has no inverse.
         let is_regular = carrier.matrix3.determinant().is_normal();
         let own_from_world = is_regular.then(|| carrier.inverse())?;
         Some(joints.iter().map(|joint| own_from_world * *joint).collect())

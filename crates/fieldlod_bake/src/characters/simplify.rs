@@ -17,6 +17,7 @@ use super::channels::{CHANNELS, channels};
 use super::character::Character;
 use super::poses::Pose;
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
+use crate::mesh::bounds::extent_of;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{SourceMesh, adapter};
@@ -40,6 +41,7 @@ impl<'a> Simplifier<'a> {
     pub(super) fn of(character: &'a Character<'a>, poses: &[Pose]) -> Self {
         let surfaces = Surfaces::of(character.parts.iter().map(|part| &part.primitive.mesh));
         let mut mesh = character.mesh.clone();
+        // Welding lets the simplifier see triangles with own vertices as one surface.
         let first = welded(character);
         smooth_normals(character, &mut mesh, &first);
         let topology = Topology::of(&mesh, &surfaces);
@@ -115,9 +117,12 @@ fn between_parts(vertices: &LevelVertices) -> Vec<SimplifyVertex> {
     let part = |vertex: u32| vertices.surfaces.part_of(vertex);
     let numbered = (0..).zip(&vertices.same_position);
     let is_between = numbered.map(|(vertex, &first)| part(vertex) != part(first));
-    let lock = |is_between| match is_between {
-        true => SimplifyVertex::Protect,
-        false => SimplifyVertex::empty(),
+    let lock = |is_between| {
+        if is_between {
+            SimplifyVertex::Protect
+        } else {
+            SimplifyVertex::empty()
+        }
     };
     is_between.map(lock).collect()
 }
@@ -181,7 +186,7 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
     let indices: Vec<u32> = mesh.indices.iter().map(|&v| first[v as usize]).collect();
     let normals: Vec<f32> = mesh.normals.iter().flat_map(Vec3::to_array).collect();
     let level = |share: f32| {
-        let of_part = |part: &super::Part<'_>| {
+        let of_part = |part: &super::character::Part<'_>| {
             let own = indices.iter().filter(|v| part.vertices.contains(v));
             let own: Vec<u32> = own.copied().collect();
             let target = (own.len() as f32 / 3.0 * share) as usize * 3;
@@ -213,6 +218,7 @@ fn welded(character: &Character<'_>) -> Vec<u32> {
     for (number, part) in (0..).zip(&character.parts) {
         let is_flat = part.has_flat_triangles();
         for (own, vertex) in part.range().enumerate() {
+            // All vertices of a part have the same attributes, so keys need no separators.
             let mut key: Vec<u8> = bytemuck::bytes_of::<u32>(&number).to_vec();
             let normal = mesh.normals.get(vertex).filter(|_| !is_flat);
             add(&mut key, mesh.positions.get(vertex));
@@ -234,9 +240,4 @@ fn welded(character: &Character<'_>) -> Vec<u32> {
 
 fn add<T: NoUninit>(key: &mut Vec<u8>, value: Option<&T>) {
     key.extend(value.into_iter().flat_map(bytemuck::bytes_of));
-}
-
-fn extent_of(positions: &[Vec3]) -> f32 {
-    let aabb = fieldlod_hierarchy::Aabb::around(positions.iter().copied()).unwrap_or_default();
-    (aabb.max - aabb.min).max_element()
 }

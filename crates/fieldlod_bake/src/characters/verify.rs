@@ -61,6 +61,7 @@ fn verify_character(
     let parts: Vec<&Hierarchy> = parts
         .collect::<Option<_>>()
         .ok_or(VerifyError::PartsDiffer)?;
+    // All parts have equal groups from here on.
     check_parts(character, &parts)?;
     let stated = &parts[0].groups;
     let levels = (0..stated.len()).map(|level| character.triangles_at(&parts, level));

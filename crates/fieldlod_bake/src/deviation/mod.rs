@@ -25,7 +25,7 @@ use self::refine::{
 use self::samples::{MeasuredSample, samples_by_cluster};
 use crate::levels::clusters::{Cluster, Sample};
 use crate::levels::simplify::{Method, Simplified};
-use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT, power_of_two_above};
+use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT, power_of_two_below};
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
 use crate::mesh::surfaces::Surfaces;
@@ -149,7 +149,7 @@ fn has_borders(mesh: &SourceMesh, vertices: &LevelVertices) -> bool {
 /// Distances below it are rounding errors.
 fn rounding_of(positions: &[Vec3]) -> f32 {
     // Squares of the least distance must not underflow if all positions are equal.
-    ROUNDING * power_of_two_above(positions).clamp(f32::EPSILON, 1.0)
+    ROUNDING * power_of_two_below(positions).clamp(f32::EPSILON, 1.0)
 }
 
 impl SourceSurface {

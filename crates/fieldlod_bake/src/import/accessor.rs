@@ -129,6 +129,7 @@ fn read_elements<T: Copy>(
         count,
         element: accessor.size(),
     };
+    // The limit is checked before anything is allocated.
     if count > most {
         let accessor = range.accessor;
         return Err(AccessorFault::TooMany { accessor, count });
@@ -179,7 +180,7 @@ fn replace_sparse<T>(
         if place as usize >= range.count {
             return Err(range.out_of_bounds());
         }
-        // Values that are not read have no slot.
+        // Values that are not read have no slot. `only` is sorted.
         let slot = match only {
             Some(only) => only.binary_search(&place).ok(),
             None => Some(place as usize),

@@ -138,6 +138,7 @@ fn read_beside(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFaul
     let elsewhere = || BufferFault::Elsewhere {
         uri: shortened(uri),
     };
+    // Nothing is downloaded during a bake.
     if uri.contains("://") {
         return Err(elsewhere());
     }

@@ -42,10 +42,12 @@ pub(super) fn json_of(bytes: &[u8]) -> Result<(Value, Option<&[u8]>), ImportErro
     if bytes.is_empty() {
         return Err(ImportError::Empty);
     }
-    let (json, blob) = match bytes.starts_with(GLB_MAGIC) {
-        true => split_glb(bytes)?,
-        false => (bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None),
+    let (json, blob) = if bytes.starts_with(GLB_MAGIC) {
+        split_glb(bytes)?
+    } else {
+        (bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None)
     };
+    // Files of other formats get a better message than a JSON error.
     let first = json.iter().find(|byte| !byte.is_ascii_whitespace());
     if blob.is_none() && first != Some(&b'{') {
         return Err(ImportError::NotGltf);
@@ -149,6 +151,7 @@ pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
     }
     // The gltf crate would reject extensions, depending on its features. Other crates may enable these.
     root.extensions_required.clear();
+    // Validation by the gltf crate, which all later indexing relies on.
     check_positions_exist(&root)?;
     Document::from_json(root).map_err(|error| match error {
         gltf::Error::Validation(faults) => ImportError::Invalid(describe(&faults)),
@@ -268,6 +271,7 @@ pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
             drawn_by[mesh as usize].push(index);
         }
     }
+    // Bits are compared: transforms that differ by rounding place shared borders at different points.
     let mut first_at: HashMap<[u32; 16], u32> = HashMap::new();
     let space = |(mesh, nodes): (u32, &Vec<u32>)| match nodes[..] {
         [node] => placed(node).map_or(mesh, |place| *first_at.entry(place).or_insert(mesh)),

@@ -93,6 +93,7 @@ impl Component {
             DataType::U16 => (f32::from(bits as u16), f32::from(u16::MAX)),
             DataType::U32 => (bits as f32, u32::MAX as f32),
         };
+        // Bevy multiplies by the reciprocal. A division would differ in the last bit.
         if self.normalized {
             (value * largest.recip()).max(-1.0)
         } else {

@@ -111,6 +111,7 @@ pub(super) fn read(
             fault: ImageFault::Missing,
         });
     };
+    // A data URI is no name: it may have megabytes.
     let uri = image.uri.as_deref().filter(|uri| data_of(uri).is_none());
     let unread = |fault| UnreadImage {
         image: Some(index as u32),

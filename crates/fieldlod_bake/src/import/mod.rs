@@ -7,8 +7,10 @@
 //!
 //! - a triangle list without normals gets three vertices and a flat normal for each triangle;
 //! - a primitive without indices gets the indices 0, 1, 2, …;
-//! - vertices that no triangle uses are left out, because primitives may share one large vertex buffer;
 //! - attributes in formats that Bevy drops are dropped.
+//!
+//! Unlike in Bevy, vertices that no triangle uses are left out, because primitives may share one large vertex buffer.
+//! The plugin compares used vertices only.
 //!
 //! Bevy 0.19 does not read quantized positions (`KHR_mesh_quantization`). They become floating-point numbers in the
 //! quantized units of the mesh, which the transform of the node undoes. Bevy does not read buffer views compressed by
@@ -179,6 +181,7 @@ pub fn import_gltf_bytes(bytes: &[u8], beside: &ReadBeside<'_>) -> Result<Import
         ..Import::default()
     };
     let materials = read_primitives(&mut import, document, buffers, &skins);
+    // Images of unused materials are never decoded.
     let used: BTreeSet<usize> = materials.iter().copied().flatten().collect();
     let of_file = Materials {
         document,

@@ -55,6 +55,7 @@ pub(super) fn read(
         formats,
     };
     let mesh = reader.mesh(corners)?;
+    // A primitive without triangles is skipped by the caller, and is no fault.
     if !mesh.indices.is_empty() {
         mesh.validate()?;
     }
@@ -107,6 +108,7 @@ impl Reader<'_> {
         if let Some(used) = self.vertices.only {
             renumber(&mut corners, used);
         }
+        // Attributes that the hierarchy cannot hold are copied from source vertices when the plugin draws a level.
         Ok(SourceMesh {
             has_other_attributes: has_other_attributes(self.primitive)
                 || (tangents.is_empty() && gets_tangents(self.primitive)),

@@ -76,6 +76,7 @@ impl UnpackedGltf {
 
     /// Adds bytes, and returns their offset.
     fn push(&mut self, bytes: &[u8]) -> usize {
+        // glTF aligns accessors to their component, which has at most four bytes.
         self.binary.resize(self.binary.len().next_multiple_of(4), 0);
         let offset = self.binary.len();
         self.binary.extend_from_slice(bytes);
@@ -102,6 +103,7 @@ impl UnpackedGltf {
         views.push(view);
         let view = views.len() - 1;
         let width = old.dimensions().multiplicity();
+        // Bounds of integers are in the old format, so they are computed again.
         let extreme = |start: f32, pick: fn(f32, f32) -> f32| -> Vec<f32> {
             let axis = |axis| floats.iter().skip(axis).step_by(width).copied();
             (0..width).map(|k| axis(k).fold(start, pick)).collect()

@@ -1,14 +1,15 @@
 //! Assembles a hierarchy from simplified groups.
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, NO_GROUP, Sphere, Vertices};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::levels::groups::{RawGroup, RawUnit};
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
-use crate::mesh::bounds::{NormalSum, tight_sphere};
+use crate::mesh::bounds::tight_sphere;
+use crate::mesh::two_sided::least_first;
 
 /// A group with bounds and with units in draw order.
 struct FinishedGroup {
@@ -30,7 +31,7 @@ struct FinishedUnit {
 fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
     let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
     let units: Vec<FinishedUnit> = finished.collect();
-    // Bounds enclose the consumed geometry and the result of the simplification.
+    // Bounds enclose the consumed geometry and the result of the simplification: one decision replaces one by the other.
     let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
     let vertices = vertices.chain(group.made.clone());
     let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
@@ -41,15 +42,22 @@ fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
     }
 }
 
+/// The mean unit normal of a group, weighted by area; zero without area.
 fn mean_normal(positions: &[Vec3], group: &RawGroup) -> Vec3 {
-    let mut sum = NormalSum::default();
+    let (mut sum, mut whole) = (DVec3::ZERO, 0.0f64);
     for cluster in group.units.iter().flat_map(|unit| &unit.clusters) {
-        let (triangles, _) = cluster.as_chunks::<3>();
-        for triangle in triangles {
-            sum.add(triangle.map(|v| positions[v as usize]));
+        for triangle in cluster.as_chunks::<3>().0 {
+            let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3());
+            let twice_area_vector = (b - a).cross(c - a);
+            sum += twice_area_vector;
+            whole += twice_area_vector.length();
         }
     }
-    sum.mean()
+    if whole > 0.0 {
+        (sum / whole).as_vec3()
+    } else {
+        Vec3::ZERO
+    }
 }
 
 fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
@@ -64,8 +72,7 @@ fn finish_unit(positions: &[Vec3], unit: &RawUnit) -> FinishedUnit {
     }
     // Rotate each triangle so that its smallest index is first. Files are then smaller.
     for triangle in indices.as_chunks_mut::<3>().0 {
-        let first = (0..3).min_by_key(|&corner| triangle[corner]);
-        triangle.rotate_left(first.unwrap_or(0));
+        *triangle = least_first(*triangle);
     }
     // A tight box for culling.
     let vertices = list.vertices;
@@ -132,6 +139,7 @@ fn in_local(mesh: &SourceMesh, from: LevelVertices) -> (Vertices, Vec<u32>) {
         let origin = from.origin[vertex as usize] as usize;
         from.layout.push_to(&mut vertices, from.row(vertex), origin);
     }
+    // Hierarchies without other attributes need no origins: files are smaller without them.
     let mut moved_from = from.origin;
     moved_from.drain(..from.source_count);
     if !mesh.has_other_attributes {

@@ -7,7 +7,7 @@ use crate::mesh::components::components_of;
 use crate::mesh::edges::Links;
 
 impl Task<'_> {
-    /// Restores the components whose surface a simplification opens: one of them must not block a group of many parts.
+    /// Restores the components that a simplification opens. In a group of many parts, the other parts stay simplified.
     /// Returns `None` if more than the share `ratio` of the triangles is left.
     pub(crate) fn restore_opened(
         &self,
@@ -36,6 +36,7 @@ impl Task<'_> {
                 self.restore(&mut simplified, component);
             }
         }
+        // A component has own vertices, so one corner tells whether a triangle belongs to a restored component.
         let simplified_triangles = simplified.corners.as_chunks::<3>().0.iter();
         let others = simplified_triangles.filter(|[own, ..]| !is_restored[*own as usize]);
         corners.extend(others.flatten());
@@ -66,6 +67,7 @@ impl Task<'_> {
         let mut opened: Vec<u32> = firsts
             .filter(|&own| links.is_open(own) && !is_border(own))
             .collect();
+        // The border of the source may change, except where another group has the same border.
         opened.extend(self.changed_shared_borders(simplified, is_border));
         opened
     }
@@ -90,6 +92,7 @@ impl Task<'_> {
                 }
             }
         }
+        // The order of the map does not matter: callers only set flags, or ask whether the list is empty.
         let changed = balance.into_iter().filter(|(_, balance)| *balance != 0);
         changed.flat_map(|((from, to), _)| [from, to]).collect()
     }
@@ -136,7 +139,7 @@ mod tests {
         }
     }
 
-    /// One triangle of a part of a machine gets lost. Without its restoration, the group keeps all triangles.
+    /// One triangle of a part of a machine is removed. Without its restoration, the group keeps all triangles.
     #[test]
     fn opened_part_does_not_block_others() {
         let mesh = fixtures::machine(2);

@@ -50,6 +50,7 @@ pub(crate) fn clusters_of_source(
     let mut parts = vec![triangles.to_vec()];
     while parts.iter().any(|part| part.len() > TRIANGLES_AT_ONCE) {
         let halves = parts.into_par_iter().map(|part| halves_of(part, vertices));
+        // Rayon's `flatten` keeps the order.
         parts = halves.flatten().collect();
     }
     let clusters = parts.into_par_iter().map(|part| {
@@ -139,7 +140,7 @@ pub(crate) fn partition(
         &adapter(&vertices.positions),
         group_clusters,
     );
-    // Sort groups along a space-filling curve.
+    // Sort groups along a space-filling curve. Any vertex of a group is near enough to sort by.
     let mut points = vec![[0.0f32; 3]; count];
     for (cluster, &group) in clusters.iter().zip(&group_of) {
         points[group as usize] = vertices.positions[cluster.corners[0] as usize];

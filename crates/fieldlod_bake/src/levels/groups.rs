@@ -7,7 +7,8 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::levels::clusters::Cluster;
 
-/// Limit for the clusters of a unit: a cluster has at most 256 vertices, and a unit has 16-bit indices.
+/// Limit for the clusters of a unit: a cluster has at most 256 vertices, and a unit has 16-bit indices. Twice as many
+/// clusters could have 65,536 vertices, and this count does not fit in 16 bits.
 const MAX_CLUSTERS_IN_UNIT: usize = 128;
 
 /// A group with its units and the error of its simplification.
@@ -51,6 +52,7 @@ impl Groups {
     ) -> u32 {
         let levels = self.finer_of(&clusters).map(|finer| finer.level + 1);
         let level = levels.max().unwrap_or(0);
+        // Sorted by producer: the order of units must not depend on a hash.
         let mut by_producer: BTreeMap<u32, Vec<Vec<u32>>> = BTreeMap::new();
         for cluster in clusters {
             let of_producer = by_producer.entry(cluster.produced_by).or_default();

@@ -37,6 +37,7 @@ pub(crate) fn meeting_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
                 mesh: index,
                 has_border: false,
             });
+            // Without a border, all surfaces are closed there, and no crack can open.
             meeting.has_border |= is_border;
             if meeting.mesh != index {
                 meeting.mesh = SEVERAL;

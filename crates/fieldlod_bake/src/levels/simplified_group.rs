@@ -99,6 +99,7 @@ impl SimplifiedGroup {
                 continue;
             }
             let before = self.piece.vertices[own];
+            // Unchanged vertices are shared with finer levels, which saves memory and keeps borders closed.
             if !self.simplified.is_new[own] {
                 to_all[own] = before;
                 continue;

@@ -39,7 +39,7 @@ pub(crate) struct Task<'a> {
     pub(crate) piece: Piece,
     /// For each own vertex, the first own vertex at the same position.
     pub(crate) same_position: Vec<u32>,
-    /// For each own vertex, whether it must stay because other groups use its position.
+    /// For each own vertex, whether it must stay: other groups use its position, or it stays at all levels.
     pub(crate) is_locked: Vec<bool>,
     /// Computed on first use; `None` without texture coordinates.
     pub(crate) uv_ranges: OnceLock<Option<UvRanges>>,
@@ -94,8 +94,10 @@ impl Task<'_> {
             (Method::Moved, less),
             (Method::Kept, less),
         ];
+        // Opened parts keep all their triangles here, so regular attempts come first.
         let in_parts = move || self.restore_opened(self.attempt(Method::Moved, wanted)?, less);
         let in_parts = std::iter::once_with(in_parts);
+        // Other groups do not need these: they are retried on the next level, with other neighbours.
         let last_resort = [(Method::Torn, wanted), (Method::Sloppy, wanted)];
         let last_resort = last_resort.into_iter().filter(|_| self.is_whole);
         let first = first.into_iter().flatten();
@@ -121,6 +123,7 @@ impl Task<'_> {
             _ => self.simplify_by(method, target),
         };
         let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
+        // `simplify_aggregate` has already chosen which elements to remove.
         if simplified.corners.len() > most && method != Method::Elements {
             self.prune(&mut simplified, target);
         }
@@ -321,6 +324,7 @@ impl Task<'_> {
             }
             let before = self.vertices.row(self.piece.vertices[own]);
             let row = &mut simplified.rows[own * width..][..width];
+            // An earlier triangle has this corner, or the vertex was fitted to its element.
             if simplified.is_new[own] {
                 continue;
             }
@@ -358,5 +362,7 @@ impl Task<'_> {
 }
 
 fn options() -> SimplifyOptions {
+    // Absolute: errors of groups of different sizes are compared. Clamped: without it, attributes that vary strongly
+    // give errors far above any distance. Permissive: seams of normals may collapse; `locks` protects texture seams.
     SimplifyOptions::ErrorAbsolute | SimplifyOptions::ErrorClamped | SimplifyOptions::Permissive
 }

@@ -62,10 +62,11 @@ impl LevelStep<'_> {
     fn simplify_group(&self, part: &[Cluster]) -> Option<SimplifiedGroup> {
         let finer = self.finer_of(part);
         let task = self.task(part);
-        // Take the best attempt without flipped triangles.
+        // Attempts come best first. Later ones are computed only if no earlier one is accepted.
         let mut attempts = task.attempts();
         let (simplified, clusters, measured) =
             attempts.find_map(|attempt| self.accept(&task, part, attempt, finer))?;
+        // End the borrow of `task`: its parts are moved below.
         drop(attempts);
         // Errors must not shrink from finer to coarser groups.
         let local_from_scaled = self.vertices.local_from_scaled;
@@ -74,6 +75,7 @@ impl LevelStep<'_> {
             // No picture measures the torn texture, so its longest edge counts.
             own = own.max(simplified.least_deviation_in_scaled);
         }
+        // Only terminal groups have an infinite error.
         let own_in_local = (own * local_from_scaled).min(f32::MAX);
         let deviation_in_local = if self.config.measure_deviation {
             (measured.deviation_in_scaled * local_from_scaled).min(f32::MAX)
@@ -105,6 +107,7 @@ impl LevelStep<'_> {
 
     fn task(&self, part: &[Cluster]) -> Task<'_> {
         let vertices = self.vertices;
+        // Vertices that look the same become one: their copies would form a seam.
         let corners = part.iter().flat_map(|cluster| &cluster.corners);
         let piece = Piece::of(corners.map(|&v| vertices.corner[v as usize]), vertices);
         let own = || piece.vertices.iter().map(|&vertex| vertex as usize);
@@ -124,7 +127,7 @@ impl LevelStep<'_> {
         }
     }
 
-    /// Splits an attempt into clusters and measures it. Returns `None` if it flips triangles.
+    /// Splits an attempt into clusters and measures it. Returns `None` if it flips more than [`MAX_FLIPPED_SHARE`].
     fn accept(
         &self,
         task: &Task<'_>,
@@ -135,6 +138,7 @@ impl LevelStep<'_> {
         self.plant.fit_covered_area(task, &mut simplified);
         let clusters = split_into_clusters(&simplified.positions, &simplified.corners, self.config);
         let measured = self.measure(part, &simplified, &clusters, finer.deviation_in_scaled);
+        // Without deviations, the error estimates how far away the source may be.
         let distance = if self.config.measure_deviation {
             measured.deviation_in_scaled
         } else {

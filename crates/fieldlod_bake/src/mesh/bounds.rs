@@ -1,7 +1,7 @@
-//! Bounds and mean normals.
+//! Bounds.
 
 use fieldlod_hierarchy::{Aabb, Sphere};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use meshopt::PositionDataAdapter;
 
 /// A tight bounding sphere: the smaller of the sphere around the bounding box and meshoptimizer's sphere.
@@ -42,8 +42,14 @@ fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
     }
 }
 
-/// A mesh is far from the origin if its centre is more than this many times its size away: six bits of its coordinates
-/// are then equal.
+/// The longest side of the bounding box.
+pub(crate) fn extent_of(positions: &[Vec3]) -> f32 {
+    let aabb = Aabb::around(positions.iter().copied()).unwrap_or_default();
+    (aabb.max - aabb.min).max_element()
+}
+
+/// A mesh is far from the origin if its centre is more than this many times its size away: the first six bits of its
+/// coordinates are then equal, and distances lose them. Nearer meshes lose less, and need no offset.
 const FAR: f32 = 64.0;
 
 /// The point to subtract from positions before distances are computed. It is zero near the origin. Far away, as in
@@ -55,32 +61,7 @@ pub(crate) fn offset_of(positions: impl Iterator<Item = Vec3>) -> Vec3 {
     if center.abs().max_element() <= size.max_element() * FAR {
         return Vec3::ZERO;
     }
-    // A difference is exact if both numbers are within a factor of two.
+    // A difference is exact if both numbers are within a factor of two: a coordinate is at most half the size away from
+    // the centre.
     Vec3::select(center.abs().cmpge(size), center, Vec3::ZERO)
-}
-
-/// Sum of unit normals, weighted by area.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct NormalSum {
-    area_vector: DVec3,
-    area: f64,
-}
-
-impl NormalSum {
-    /// Adds a triangle. Triangles without area add zero.
-    pub(crate) fn add(&mut self, [a, b, c]: [Vec3; 3]) {
-        let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
-        let twice_area_vector = (b - a).cross(c - a);
-        self.area_vector += twice_area_vector;
-        self.area += twice_area_vector.length();
-    }
-
-    /// `m = Σ n·A / Σ A`, with a length of at most 1; zero without area.
-    pub(crate) fn mean(&self) -> Vec3 {
-        if self.area > 0.0 {
-            (self.area_vector / self.area).as_vec3()
-        } else {
-            Vec3::ZERO
-        }
-    }
 }

@@ -44,6 +44,7 @@ impl Component {
             self.area += area;
         }
         self.radius = 0.5 * (max - min).length();
+        // Without area, as on a line, the middle of the box stands in for the centroid.
         self.centroid = if self.area > 0.0 {
             moment / self.area
         } else {
@@ -60,21 +61,14 @@ pub(crate) fn components_of(
     same_position: &[u32],
     is_locked: &[bool],
 ) -> Vec<Component> {
-    // Union-find: each vertex links to a smaller vertex of its component or to itself.
-    let mut leads_to = same_position.to_vec();
     let (triangles, _) = corners.as_chunks::<3>();
-    for &[a, b, c] in triangles {
-        for (from, to) in [(a, b), (b, c)] {
-            let (from, to) = (root(&mut leads_to, from), root(&mut leads_to, to));
-            leads_to[from.max(to) as usize] = from.min(to);
-        }
-    }
+    let first = connected(same_position.to_vec(), triangles);
     // Collect the triangles of each component.
     const NONE: u32 = u32::MAX;
-    let mut index_of = vec![NONE; leads_to.len()];
+    let mut index_of = vec![NONE; first.len()];
     let mut components: Vec<Component> = Vec::new();
     for &triangle in triangles {
-        let index = &mut index_of[root(&mut leads_to, triangle[0]) as usize];
+        let index = &mut index_of[first[triangle[0] as usize] as usize];
         if *index == NONE {
             *index = components.len() as u32;
             components.push(Component::default());
@@ -89,11 +83,30 @@ pub(crate) fn components_of(
     components
 }
 
-/// The representative vertex of a component.
-pub(crate) fn root(leads_to: &mut [u32], mut vertex: u32) -> u32 {
-    while leads_to[vertex as usize] != vertex {
-        let next = leads_to[vertex as usize];
-        leads_to[vertex as usize] = leads_to[next as usize];
+/// For each vertex, the first vertex of its component. `first` holds connections besides the triangles: each vertex links
+/// to an earlier vertex or to itself.
+pub(crate) fn connected(mut first: Vec<u32>, triangles: &[[u32; 3]]) -> Vec<u32> {
+    for &[a, b, c] in triangles {
+        connect(&mut first, a, b);
+        connect(&mut first, b, c);
+    }
+    for vertex in 0..first.len() as u32 {
+        first[vertex as usize] = find_first(&mut first, vertex);
+    }
+    first
+}
+
+/// Connects two vertices.
+pub(crate) fn connect(first: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (find_first(first, a), find_first(first, b));
+    first[a.max(b) as usize] = a.min(b);
+}
+
+/// Finds the first vertex of a component, with path compression.
+pub(crate) fn find_first(first: &mut [u32], mut vertex: u32) -> u32 {
+    while first[vertex as usize] != vertex {
+        let next = first[vertex as usize];
+        first[vertex as usize] = first[next as usize];
         vertex = next;
     }
     vertex

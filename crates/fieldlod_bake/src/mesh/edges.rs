@@ -39,6 +39,7 @@ impl Links {
         }
     }
 
+    /// Whether an edge of this vertex is open.
     pub(crate) fn is_open(&self, vertex: u32) -> bool {
         self.0[vertex as usize] != 0
     }

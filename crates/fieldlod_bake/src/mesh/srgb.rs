@@ -38,7 +38,8 @@ const fn decoded(srgb: f64) -> f64 {
     let square = base * base;
     let power = square * square * square;
     let power = power * power;
-    // Newton's method for the fifth root, from above.
+    // Newton's method for the fifth root. It starts at or above the root, where it never overshoots. The steps suffice
+    // for small bytes, whose start at 1 is far from the root.
     let mut root = if power > 1.0 { power } else { 1.0 };
     let mut step = 0;
     while step < 64 {

@@ -142,7 +142,8 @@ impl Surface {
         let samples = |axis: usize| {
             let (first, end) = (first(at[axis], axis), first(at[axis] + 1, axis));
             let count = (end - first).min(u64::from(MAX_SAMPLES));
-            // Samples are stratified and jittered: samples at regular distances would alias with regular textures.
+            // Samples are stratified and jittered: samples at regular distances would alias with regular textures. The
+            // jitter is a hash of the texel, because bakes must be repeatable.
             (0..count).map(move |index| {
                 let [begin, end] =
                     [index, index + 1].map(|part| first + (end - first) * part / count);
@@ -258,7 +259,8 @@ impl Surface {
 }
 
 impl Texture {
-    /// The finest mip level with at most two texels in `area`, a share of the texture; otherwise the coarsest level.
+    /// The finest mip level with at most two texels in `area`, a share of the texture; otherwise the coarsest level. Mip
+    /// levels differ by a factor of four, so that a pixel covers half a texel to two texels.
     fn mip(&self, area: f32) -> &Mip {
         let last = &self.mips[self.mips.len() - 1];
         let texels = |mip: &&Mip| area * mip.size.as_vec2().element_product();
@@ -300,7 +302,8 @@ impl Mip {
     }
 }
 
-/// A hash of a texel position, the same on all machines.
+/// A hash of a texel position, the same on all machines. Its mixing step is the first of a hash by C. Wellons
+/// (Prospecting for Hash Functions, 2018).
 fn hash_of(at: UVec2, index: u32) -> u32 {
     let mixed = |seed: u32| (seed ^ (seed >> 15)).wrapping_mul(0x2c1b_3c6d);
     let number = mixed(at.x.wrapping_add(mixed(at.y.wrapping_add(mixed(index + 1)))));

@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3, Vec4};
 use crate::mesh::SourceMesh;
 use crate::mesh::surface::Surface;
 
-/// Mean luminance of the source in pictures. The exposure scales colours to it.
+/// Mean of the source's colour channels in pictures. The exposure scales colours to it.
 const EXPOSURE: f32 = 0.35;
 
 /// Surfaces of the parts of a mesh, in the order of their vertices.
@@ -88,11 +88,11 @@ impl Surfaces {
         self.parts.get(part)?.surface.as_deref()
     }
 
-    /// End of the vertex range and mean luminance of each part.
-    fn mean_tints(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
-        let tint = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
+    /// End of the vertex range of each part, and the mean of its surface's colour channels.
+    fn mean_channels(&self) -> impl Iterator<Item = (u32, f32)> + '_ {
+        let mean = |surface: &Surface| surface.mean_color().element_sum() / 3.0;
         let parts = self.parts.iter();
-        parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, tint)))
+        parts.map(move |part| (part.end, part.surface.as_deref().map_or(1.0, mean)))
     }
 
     /// Factor for colours in pictures of the source and its levels. Vertices without a colour count as white.
@@ -100,15 +100,15 @@ impl Surfaces {
         if source_colors.is_empty() && !self.any_known() {
             return EXPOSURE;
         }
-        let (mut sum, mut count) = (0.0f32, 0u32);
-        for (end, tint) in self.mean_tints() {
-            for vertex in count / 3..end {
-                sum += picture_color(source_colors.get(vertex as usize)).element_sum() * tint;
-                count += 3;
+        let (mut sum, mut vertices) = (0.0f32, 0u32);
+        for (end, surface) in self.mean_channels() {
+            for vertex in vertices..end {
+                sum += picture_color(source_colors.get(vertex as usize)).element_sum() * surface;
             }
+            vertices = end;
         }
         if sum > 0.0 {
-            EXPOSURE * count as f32 / sum
+            EXPOSURE * (vertices * 3) as f32 / sum
         } else {
             EXPOSURE
         }

@@ -11,11 +11,12 @@ use rustc_hash::FxHashMap;
 
 use crate::mesh::SourceMesh;
 use crate::mesh::adapter;
+use crate::mesh::components::{connect, find_first};
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 
-/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans. It
-/// is a hundredth of a pixel if an edge is as long as the screen.
+/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans. If
+/// an edge is as long as a screen of 2,000 pixels, it is 0.04 pixels.
 const PLACE_TOLERANCE: f32 = 2e-5;
 /// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;
@@ -84,12 +85,13 @@ fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     let is_open = |v: u32| place[v as usize] == v && links.is_open(v);
     let open = (0..place.len() as u32).filter(|&v| is_open(v) && tolerance[v as usize] > 0.0);
     let open: Vec<u32> = open.collect();
-    // Cells are 4 to 64 tolerances wide, which keeps most points away from cell borders.
+    // A cell level has four exponents of two. Cells are 4 to 64 tolerances wide, which keeps most points away from cell
+    // borders.
     let cell_level = |v: u32| (tolerance[v as usize].to_bits() >> 23) as i32 / 4 - 31;
     let mut levels: Vec<i32> = open.iter().map(|&v| cell_level(v)).collect();
     levels.sort_unstable();
     levels.dedup();
-    // A tolerance is less than 16 to the power of its level.
+    // A tolerance is less than twice 16 to the power of its level.
     let cell_size = |level: i32| 8.0 * 16f64.powi(level);
     // Each place is stored in a cell of its own level. Places with smaller tolerances search the cells of coarser
     // levels.
@@ -120,10 +122,8 @@ fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
                                 && mesh.positions[other as usize].distance(at) <= reach
                                 && parts.part_of(other) == parts.part_of(v)
                         });
-                        for other in near {
-                            let (a, b) = (find_first(place, v), find_first(place, other));
-                            place[a.max(b) as usize] = a.min(b);
-                        }
+                        // The tests above use original positions, so the order of the pairs has no effect.
+                        near.for_each(|other| connect(place, v, other));
                     }
                 }
             }
@@ -167,16 +167,6 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         .collect()
 }
 
-/// Finds the first vertex of a place, with path compression.
-pub(crate) fn find_first(place: &mut [u32], mut v: u32) -> u32 {
-    while place[v as usize] != v {
-        let next = place[v as usize];
-        place[v as usize] = place[next as usize];
-        v = next;
-    }
-    v
-}
-
 /// For each vertex, the first vertex of the same place and part with similar attributes.
 fn corners_of(
     mesh: &SourceMesh,
@@ -188,6 +178,7 @@ fn corners_of(
     if mesh.has_other_attributes {
         return corner;
     }
+    // For each place with several vertices, one vertex per look.
     let mut corners_at: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
     for v in 0..place.len() as u32 {
         let first = place[v as usize];

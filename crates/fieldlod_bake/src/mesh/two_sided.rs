@@ -11,7 +11,8 @@ use rustc_hash::FxHashMap;
 use crate::levels::groups::Groups;
 use crate::levels::vertices::{LevelVertices, NewVertex};
 use crate::mesh::SourceMesh;
-use crate::mesh::topology::{Topology, find_first};
+use crate::mesh::components::connected;
+use crate::mesh::topology::Topology;
 
 const NONE: u32 = u32::MAX;
 
@@ -158,20 +159,14 @@ fn twins_of(triangles: &[[u32; 3]], place: &[u32]) -> Option<Vec<u32>> {
 
 /// For each triangle, whether all triangles of its component have twins.
 fn are_sheets(triangles: &[[u32; 3]], twin: &[u32], place: &[u32]) -> Vec<bool> {
-    let mut component = place.to_vec();
-    for triangle in triangles {
-        for pair in triangle.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|v| find_first(&mut component, v));
-            component[a.max(b) as usize] = a.min(b);
-        }
-    }
-    let roots = triangles.iter().map(|t| find_first(&mut component, t[0]));
-    let roots: Vec<u32> = roots.collect();
+    let first = connected(place.to_vec(), triangles);
+    let first_of = |triangle: &[u32; 3]| first[triangle[0] as usize] as usize;
     let mut is_mixed = vec![false; place.len()];
-    for (&root, &twin) in roots.iter().zip(twin) {
-        is_mixed[root as usize] |= twin == NONE;
+    for (triangle, &twin) in triangles.iter().zip(twin) {
+        is_mixed[first_of(triangle)] |= twin == NONE;
     }
-    roots.iter().map(|&root| !is_mixed[root as usize]).collect()
+    let is_sheet = |triangle| !is_mixed[first_of(triangle)];
+    triangles.iter().map(is_sheet).collect()
 }
 
 /// For each triangle, whether it is a back. The first triangle of each sheet is a front. Two neighbours are on the same
@@ -209,7 +204,8 @@ fn backs_of(triangles: &[[u32; 3]], twin: &[u32], is_sheet: &[bool], place: &[u3
     is_back
 }
 
-fn least_first(mut triangle: [u32; 3]) -> [u32; 3] {
+/// Rotates a triangle so that its smallest index is first.
+pub(crate) fn least_first<I: Ord + Copy>(mut triangle: [I; 3]) -> [I; 3] {
     let first = (0..3).min_by_key(|&corner| triangle[corner]);
     triangle.rotate_left(first.unwrap_or(0));
     triangle

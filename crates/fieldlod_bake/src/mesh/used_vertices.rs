@@ -34,6 +34,7 @@ impl<'a> Compact<'a> {
     /// Validates the mesh and removes unused vertices. Unused vertices may be invalid.
     pub(crate) fn of(whole: &'a SourceMesh) -> Result<Self, MeshError> {
         let used = used_of(&whole.indices, whole.positions.len());
+        // The positions are validated below, without those of unused vertices.
         let Some(used) = used.filter(|_| whole.check_shape().is_ok()) else {
             whole.validate()?;
             return Ok(Self {
@@ -50,6 +51,7 @@ impl<'a> Compact<'a> {
             surface: whole.surface.clone(),
             indices,
         };
+        // Errors name vertices of the whole mesh.
         mesh.validate().map_err(|fault| match fault {
             MeshError::BadPosition { vertex, position } => MeshError::BadPosition {
                 vertex: used[vertex] as usize,

@@ -62,6 +62,7 @@ pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
     let is_locked = vec![false; positions.len()];
     let components = components_of(&mesh.indices, &positions, place, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
+    // Elements without area cover nothing, and cannot be scaled.
     let is_element = |c: &&Component| share(c.triangles.len()) <= MAX_ELEMENT_SHARE && c.area > 0.0;
     let elements = components.iter().filter(is_element);
     let elements: Vec<usize> = elements.map(|c| c.triangles.len()).collect();
@@ -78,6 +79,7 @@ impl Task<'_> {
         let wanted = self.piece.triangle_count() as f32 * ratio;
         // Surfaces get the part of the budget that elements leave over.
         let surface_area = area_of(&surfaces);
+        // A limit that depends on the elements: branches may differ by a fraction of a leaf.
         let radius = elements.iter().map(|e| e.radius).sum::<f32>() / elements.len() as f32;
         let corners: Vec<u32> = surfaces.iter().flat_map(Component::corners).collect();
         let surface_ratio = (wanted - count) / triangles_of(&surfaces).max(1.0);
@@ -87,11 +89,11 @@ impl Task<'_> {
             surface_ratio.clamp(SURFACE_RATIO, 1.0),
             radius * SURFACE_TOLERANCE,
         );
-        // Elements get the rest of the budget.
-        // Surfaces may end above or below their part of the budget.
+        // Elements get the rest. Surfaces may end above or below their part of the budget.
         let left = (wanted - surface.len() as f32 / 3.0).max(count * MIN_ELEMENT_RATIO);
         let (elements, element_error) = self.simplify_elements(&mut simplified, elements, left);
         let element_area = area_of(&elements);
+        // The error is a root mean square over the area, as the simplifier's own error.
         let element_squares = elements.iter().map(|element| {
             let error = (element.radius * ERROR_OF_ELEMENTS).min(element_error);
             element.area * error * error
@@ -138,6 +140,7 @@ impl Task<'_> {
             };
         }
         let most = (self.piece.triangle_count() as f32 * MAX_ELEMENT_SHARE) as usize;
+        // Other groups use the vertices of locked components, so these may not move.
         let is_element = |c: &Component| !c.is_locked && c.triangles.len() <= most && c.area > 0.0;
         let (elements, surfaces): (Vec<_>, Vec<_>) = components.into_iter().partition(is_element);
         (elements.len() >= MIN_ELEMENTS).then_some((elements, surfaces))
@@ -210,6 +213,7 @@ impl Task<'_> {
         elements
             .iter_mut()
             .for_each(|element| element.triangles.clear());
+        // The simplifier never connects two components, so the first corner tells the element.
         for triangle in left.as_chunks::<3>().0 {
             elements[element_of[triangle[0] as usize]]
                 .triangles

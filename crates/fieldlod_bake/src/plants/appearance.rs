@@ -26,11 +26,13 @@ const SAMPLES: usize = 2;
 /// Difference that is as good as 1 px: a root mean square, relative to the detail of the source. Smooth meshes at 1 px
 /// of error have 0.8 to 1.6; this is their mean.
 const DIFFERENCE_AT_1_PX: f32 = 1.25;
-/// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by it, and even pictures have little.
+/// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a uniform
+/// colour have almost none.
 const MIN_DETAIL: f32 = 0.002;
-/// Factor that the criterion applies to the error of a mesh whose normals point everywhere: √(1 + 0.4).
+/// Factor that the criterion of `fieldlod_select` applies to the error of a mesh whose normals point everywhere:
+/// √(1 + 0.4).
 const FACING_FACTOR: f32 = 1.183_216;
-/// Levels with more vertices are never drawn as whole meshes, because they need 16-bit indices.
+/// Larger meshes are never drawn as whole meshes: the indices of these have 16 bits.
 pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels that can be drawn as whole meshes.
@@ -50,6 +52,7 @@ pub(crate) fn measure_levels(
     let errors = errors_of_levels(hierarchy, surfaces);
     let torn_level = torn.map(|group| hierarchy.groups[group as usize].level);
     for group in hierarchy.groups.iter_mut().filter(|g| !g.is_terminal()) {
+        // A group's error is that of its simplification, which is drawn from the next level on.
         let error = errors[group.level as usize + 1];
         if has_aggregates {
             group.whole_mesh_error_in_local = error;
@@ -148,6 +151,7 @@ fn differences(
     let mean = |index: usize, size: usize| {
         let mean_of = |levels: &Vec<[Squares; SIZES]>| {
             let Squares { squares, covered } = levels[index][size];
+            // At least a pixel: seen from the side, a plane covers none.
             squares / covered.max(1.0)
         };
         by_view.iter().map(mean_of).sum::<f32>() / DIRECTIONS as f32
@@ -172,6 +176,7 @@ fn sizes_of(mut picture: Picture) -> [Picture; SIZES] {
 fn squares_of(a: &Picture, b: &Picture) -> Squares {
     let pixels = a.pixels.iter().zip(&b.pixels);
     pixels.fold(Squares::default(), |sum, (a, b)| Squares {
+        // The mean of three colour channels.
         squares: sum.squares + (*a - *b).truncate().length_squared() / 3.0,
         covered: sum.covered + a.w.max(b.w),
     })
@@ -185,6 +190,7 @@ fn largest_good_radius(by_size: [f32; SIZES]) -> f32 {
     let by_size = by_size.map(|d| if d.is_finite() { d } else { f32::MAX });
     match by_size.iter().position(|&d| d <= DIFFERENCE_AT_1_PX) {
         Some(0) => LARGEST_PX,
+        // Between two sizes, the difference is interpolated.
         Some(size) => {
             let (good, bad) = (by_size[size], by_size[size - 1]);
             radius_px(size) * (1.0 + (DIFFERENCE_AT_1_PX - good) / (bad - good))

@@ -55,7 +55,6 @@ const MAX_CORRECTION: f32 = 2.5;
 const AREA_TOLERANCE: f32 = 0.003;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
-
 /// Limit for the change of the elements' gain in one correction.
 const MAX_GAIN_STEP: f32 = 1.6;
 
@@ -77,7 +76,7 @@ impl Coverage {
             sphere: Sphere::around(source.clone()),
             aabb: Aabb::around(source).unwrap_or_default(),
         };
-        // Leave room for elements that grow.
+        // Leave room for elements that grow. Outside the picture they would not be counted.
         coverage.sphere.radius *= 1.25;
         let drawn = Drawn::of(corners.to_vec(), vertices);
         coverage.of_source = coverage.measure(&drawn, vertices);
@@ -116,6 +115,7 @@ impl Coverage {
                 break;
             }
             gain = (gain * wanted).clamp(MAX_CORRECTION.recip(), MAX_CORRECTION);
+            // Scale the positions of the first attempt, so that rounding does not add up.
             for part in &parts {
                 let scaled_vertices = task.scaled_vertices(&before, part, gain);
                 for (own, position) in scaled_vertices {
@@ -208,8 +208,9 @@ impl Response {
     /// Returns the factor for the next gain. The previous `gain` gave the ratio `wanted_ratio` of wanted to covered
     /// area.
     pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
-        let power = self.last.map_or(f32::NAN, |[last_gain, last_lacking]| {
-            (gain / last_gain).ln() / (last_lacking / wanted_ratio).ln()
+        // The covered area is modelled as a power of the gain. Two measurements give the power (secant method).
+        let power = self.last.map_or(f32::NAN, |[last_gain, last_ratio]| {
+            (gain / last_gain).ln() / (last_ratio / wanted_ratio).ln()
         });
         self.last = Some([gain, wanted_ratio]);
         // The first guess is quadratic, because elements are only a part of the covered area. Nearly equal ratios can
@@ -327,6 +328,7 @@ impl Task<'_> {
         let vertices = part.vertices().into_iter();
         if part.triangles.len() <= MAX_SMALL_ELEMENT {
             let offset = |own| (position(own) - part.centroid) * more;
+            // The area grows with the square of lengths.
             return vertices
                 .map(|own| (own, position(own) + offset(own)))
                 .collect();
@@ -346,6 +348,7 @@ impl Task<'_> {
         }
         let is_border =
             |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
+        // Vertices on borders of the source stay in place, as in simplification.
         let scaled_vertices = vertices.filter(|own| !is_border(own));
         scaled_vertices
             .map(|own| {

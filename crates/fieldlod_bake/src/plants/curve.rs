@@ -42,6 +42,8 @@ impl Curve {
             let others = others.take(MAX_STEPS).map(|other| other as usize);
             others.collect::<Vec<usize>>()
         };
+        // Neighbours on the curve are near in space in most cases, and are found without a search tree that would have
+        // to change with each pruned element.
         let own = elements[index].centroid;
         let distance = |other: &usize| elements[*other].centroid.distance_squared(own);
         let others = along(&self.previous).into_iter().chain(along(&self.next));

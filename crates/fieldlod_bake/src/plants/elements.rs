@@ -91,6 +91,7 @@ impl Task<'_> {
         };
         let before = element.clone();
         let mean = self.mean_row(&simplified.rows, &before);
+        // Two sides: the element may be seen from anywhere, and a closed element stays closed.
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
         let area = (before.area * self.area_gain).min(element.area * MAX_FLATTENING_GROWTH);
@@ -114,6 +115,7 @@ impl Task<'_> {
         let other = self.mean_row(&simplified.rows, pruned);
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
+        // `1 - share` is the own share, so its inverse is the base of the exponent.
         let growth = (1.0 - share).recip().powf(GROWTH).min(MAX_GROWTH);
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
@@ -227,6 +229,7 @@ impl PartialOrd for Step {
 
 impl Ord for Step {
     fn cmp(&self, other: &Self) -> Ordering {
+        // Ties are broken by index: the order of equal costs must not depend on the heap.
         let by_cost = self.cost.total_cmp(&other.cost);
         by_cost.then(self.element.cmp(&other.element))
     }

@@ -75,6 +75,7 @@ impl Model<'_> {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
+            // Colours of the corners are computed only if a pixel is drawn.
             let mut colors = None;
             let surface = self.surface(triangle);
             raster.each_pixel(|index, shares, near| {
@@ -102,7 +103,7 @@ impl Model<'_> {
         side: usize,
         opacity: impl Fn(&[u32; 3]) -> f32,
     ) -> f32 {
-        // Transmittance of each pixel.
+        // Transmittance of each pixel. Products need no order of depth.
         let mut clear = vec![1.0f32; side * side];
         for triangle in triangles {
             let Some(raster) = self.raster(triangle, view, side) else {
@@ -152,6 +153,7 @@ impl Model<'_> {
                 }
             });
         }
+        // Pixels that no triangle covers have an index that is out of range.
         let mut visible_px = vec![0; triangles.len()];
         for (_, at) in nearest {
             if let Some(visible_px) = visible_px.get_mut(at as usize) {
@@ -203,8 +205,9 @@ impl Model<'_> {
 }
 
 /// A pseudo-random number from 0 to below 1.
-fn random_unit(drawn_by: u32) -> f32 {
-    (hash_of(drawn_by) >> 40) as f32 / (1u32 << 24) as f32
+fn random_unit(seed: u32) -> f32 {
+    // An `f32` holds 24 bits exactly.
+    (hash_of(seed) >> 40) as f32 / (1u32 << 24) as f32
 }
 
 /// Share of the light that is reflected towards the eye.

@@ -125,6 +125,7 @@ impl PlantLevel<'_> {
         if is_done || !is_known || !groups.any(SimplifiedGroup::has_elements) {
             return None;
         }
+        // Levels that are never corrected need no picture.
         self.corrections += 1;
         let drawn = drawn_of(parts, simplified, vertices);
         let wanted_ratio = self.plant.coverage(vertices).wanted_ratio(&drawn, vertices);
@@ -145,6 +146,7 @@ impl PlantLevel<'_> {
 /// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
 fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
     let removed = 1.0 - left;
+    // The first level removes the usual share: nothing can grow from zero.
     if removed <= 0.0 {
         return config.simplify_ratio;
     }

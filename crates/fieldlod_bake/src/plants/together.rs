@@ -166,6 +166,7 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
     let places = |mesh: &SourceMesh| Topology::of(mesh, &parts).place;
     let apart = as_one_mesh(meshes, Joint::Plant);
     let place = places(&apart);
+    // Counts of open borders are compared on one index list, before and after welding.
     let open = |place: &[u32]| {
         let is_border = border_of(&apart.indices, place);
         is_border.into_iter().filter(|is_border| *is_border).count()
@@ -265,6 +266,7 @@ fn bake_joined(
     );
     let mut whole = hierarchy.whole_mesh_levels()?;
     unify_mean_normals(&mut whole);
+    // Vertices of the joined mesh are in the order of the meshes, so each mesh is a range of them.
     let parts = meshes.iter().enumerate();
     let parts: Vec<Part<'_>> = parts
         .map(|(index, mesh)| Part::of(mesh, index, &ranges, &whole))
@@ -391,6 +393,7 @@ impl<'a> Part<'a> {
         push_attribute(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
         push_attribute(&mut self.vertices.colors, &from.colors, vertex);
         let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
+        // A vertex that was welded into another mesh has no own origin. Any own vertex stands in for it.
         let is_own = range.contains(&origin);
         self.moved_from.push(if is_own {
             (origin - range.start) as u32
@@ -413,6 +416,7 @@ impl<'a> Part<'a> {
         }
         for (index, (level, triangles)) in self.levels.iter().enumerate() {
             let next = self.levels.get(index + 1).map(|(next, _)| *next);
+            // Levels that this mesh skipped are represented by its previous level, up to the error of the next one.
             let group = Group {
                 error_in_local: next.map_or(f32::INFINITY, |n| whole.groups[n - 1].error_in_local),
                 deviation_in_local: next.map_or(f32::INFINITY, |next| deviations[next]),

@@ -13,7 +13,7 @@ use crate::mesh::triangle_tree::TriangleTree;
 /// Distances below this, in scaled units, are rounding.
 const ROUNDING: f32 = 1e-6;
 /// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
-/// component.
+/// component. It is the limit of small elements in the bake, stated independently.
 const SMALL_ELEMENT: usize = 16;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
@@ -30,7 +30,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 /// Checks that the finest cut has exactly the triangles of the source.
 fn check_finest(subject: &Subject<'_>) -> Result<(), VerifyError> {
     let hierarchy = subject.hierarchy;
-    let units = subject.cut(|_| true).into_iter();
+    let units = hierarchy.units_at_level(0).into_iter();
     let finest = units.flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]));
     let source = subject.source_triangles().iter().copied();
     match differing_triangles(finest, source) {
@@ -116,6 +116,7 @@ impl<'a> Source<'a> {
             .collect();
         let triangles = corners.len();
         let open = open_edges(&corners, &self.weld);
+        // An edge between two border vertices may be a coarser border.
         let is_new = |(a, b): &(u32, u32)| !self.border.contains(a) || !self.border.contains(b);
         let new: Vec<(u32, u32)> = open.into_iter().filter(is_new).collect();
         let edges = if new.is_empty() {

@@ -15,8 +15,8 @@ use crate::mesh::SourceMesh;
 use crate::mesh::used_vertices::Compact;
 use subject::Subject;
 
-/// Checks a hierarchy against its source: every invariant, deviations at independent samples, random
-/// cuts, and pictures of each level from six sides.
+/// Checks a hierarchy against its source: every invariant, deviations at independent samples, random cuts, and pictures
+/// of each level from six sides.
 ///
 /// # Errors
 /// The first fault found.

@@ -44,12 +44,12 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
         .collect();
     sides.sort_by_key(|&(level, side)| (side, level));
+    // Only the pictures of one size are in memory at a time.
     for levels in sides.chunk_by(|a, b| a.1 == b.1) {
         let side = levels[0].1;
         let of_source = frame.pictures(&source, side);
         let shares = levels.par_iter().map(|&(level, _)| {
-            let drawn = subject.cut(|group| subject.hierarchy.groups[group].level >= level);
-            let drawn = subject.triangles_of(&drawn);
+            let drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
             let corners = drawn
                 .iter()
                 .map(|triangle| subject.corners(triangle.corners));
@@ -69,7 +69,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 /// The error of a level, in scaled units.
 fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
     let hierarchy = subject.hierarchy;
-    let drawn = subject.cut(|group| hierarchy.groups[group].level >= level);
+    let drawn = hierarchy.units_at_level(level);
     let producers = drawn
         .iter()
         .filter_map(|&unit| hierarchy.units[unit].producer());

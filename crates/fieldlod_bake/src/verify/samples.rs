@@ -55,10 +55,10 @@ fn check_simplified_to_source(
             triangles.map(move |triangle| (group, triangle))
         })
         .collect();
-    // The largest share of the stated deviation, and its group.
     let wanted = 4 * subject.settings.samples_per_triangle;
     let density = points_per_triangle(subject, wanted, triangles.len());
     let tasks = triangles.par_chunks(TRIANGLES_PER_TASK).enumerate();
+    // The largest share of the stated deviation, and its group. Seeds depend on the task, not on the thread.
     let worst = tasks.map(|(task, triangles)| {
         let mut random = Random::new(task as u64);
         let mut worst = (0.0f32, 0);
@@ -67,6 +67,7 @@ fn check_simplified_to_source(
             let stated = subject.deviation_in_scaled(Some(group));
             for _ in 0..density {
                 let point = point_on(subject.corners(triangle), &mut random);
+                // A triangle within half of the stated deviation ends the search: only larger shares must be exact.
                 start = tree.near_enough(point, (stated * 0.5).powi(2), start);
                 let distance = start.map_or(0.0, |near| near.distance_squared.sqrt());
                 let share = share_of_stated(distance, stated);
@@ -92,8 +93,7 @@ fn check_source_to_cut(
     level: u32,
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
-    let drawn = subject.cut(|group| subject.hierarchy.groups[group].level >= level);
-    let drawn = subject.triangles_of(&drawn);
+    let drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
     let corners = drawn
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
@@ -210,8 +210,7 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let (settings, compact) = (VerifySettings::default(), Compact::of(&mesh).unwrap());
             let subject = Subject::new(&mesh, &compact, &hierarchy, &settings);
-            let drawn = subject.cut(|group| hierarchy.groups[group].level >= 1);
-            let drawn = subject.triangles_of(&drawn);
+            let drawn = subject.triangles_of(&hierarchy.units_at_level(1));
             let tree = TriangleTree::new(drawn.iter().map(|t| subject.corners(t.corners)));
             let mut random = Random::new(1);
             let mut search = WorstSearch::new(&subject, &tree, &drawn);

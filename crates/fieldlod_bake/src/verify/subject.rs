@@ -4,7 +4,7 @@ use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
 use super::report::VerifySettings;
-use crate::levels::vertices::power_of_two_above;
+use crate::levels::vertices::power_of_two_below;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
 use crate::mesh::used_vertices::Compact;
@@ -39,7 +39,7 @@ impl<'a> Subject<'a> {
         let source = compact.mesh.positions.iter();
         let offset = offset_of(source.clone().copied());
         let source: Vec<Vec3> = source.map(|p| *p - offset).collect();
-        let scaled_from_local = power_of_two_above(&source).recip();
+        let scaled_from_local = power_of_two_below(&source).recip();
         let positions = hierarchy.vertices.positions.iter();
         let positions = positions.map(|p| (*p - offset) * scaled_from_local);
         Self {

@@ -38,7 +38,7 @@ pub(crate) fn influence(position: Vec3) -> ([u16; 4], [f32; 4]) {
     let along = (position.y / LENGTH * 2.0).clamp(0.0, 2.0);
     let first = (along as u16).min(1);
     let share = along - f32::from(first);
-    // Smooth, so that a bend is a bend.
+    // Smooth weights give a round bend instead of a kink.
     let share = share * share * (3.0 - 2.0 * share);
     ([first, first + 1, 0, 0], [1.0 - share, share, 0.0, 0.0])
 }

@@ -147,11 +147,6 @@ impl GltfFile {
         &mut self.json["accessors"][index]
     }
 
-    pub(crate) fn index_accessor(&mut self) -> &mut Value {
-        let index = self.primitive()["indices"].as_u64().unwrap() as usize;
-        &mut self.json["accessors"][index]
-    }
-
     pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }

@@ -103,6 +103,7 @@ impl Decoder {
             entry.grids(),
             &rows_of_vertices,
         );
+        // Sections hold coarse groups first; a hierarchy holds finer groups first.
         let order = group_order(coded)?;
         let indices = order
             .iter()
@@ -186,6 +187,7 @@ impl Builder<'_> {
             self.add_unit(unit);
         }
         let links = coded.finer[group.finer()].iter();
+        // A malformed file may link to groups that do not exist.
         let read = links.filter_map(|&finer| position(&self.indices, finer));
         self.hierarchy.push_group(group, read);
     }

@@ -43,6 +43,7 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
         "only valid hierarchies can be written"
     );
     let attributes = Attributes::of(&source.vertices);
+    // One grid for all sections and pages: vertices that they share must round to equal positions.
     let grids = Grids::around(&source.vertices);
     let quantized = (options.precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);

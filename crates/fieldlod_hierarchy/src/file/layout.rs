@@ -184,6 +184,7 @@ pub(super) fn seal(magic: [u8; 8], count: u32, directory: &[u8]) -> Vec<u8> {
     bytes.extend_from_slice(&FORMAT_VERSION.to_le_bytes());
     bytes.extend_from_slice(&count.to_le_bytes());
     bytes.extend_from_slice(&(directory.len() as u64).to_le_bytes());
+    // The seed lets the checksum cover the count as well.
     let checksum = xxh3_64_with_seed(directory, u64::from(count));
     bytes.extend_from_slice(&checksum.to_le_bytes());
     bytes.extend_from_slice(directory);
@@ -207,6 +208,7 @@ impl Header {
             return Err(FileError::NotFieldlod);
         };
         reader.rest = rest;
+        // The version comes before all that may change with it.
         let found: u32 = reader.value("the header")?;
         if found != FORMAT_VERSION {
             return Err(FileError::Version { found });
@@ -236,6 +238,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Vec<Entry>, &[u8]), FileError> {
     let directory = header.directory(&mut reader)?;
     let sections = reader.rest;
     let mut reader = Reader { rest: directory };
+    // No capacity is reserved: the count of a malformed file may be huge.
     let mut entries = Vec::new();
     for primitive in 0..header.count as usize {
         entries.push(Entry::read(&mut reader, primitive)?);

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! magic "FLDPAG\r\n" | version u32 | mesh count u32 | contents bytes u64 | XXH3 of them u64
-//! contents: per mesh  indices, name, attributes, precision, counts, and length u64 and XXH3 u64 of each page;
-//!           groups, units and their links; counts of groups and vertices of each page; groups by page
+//! contents: per mesh  a directory entry as in a `.fieldlod` file, with length u64 and XXH3 u64 of each page;
+//!           length u64 of the rest; groups, units and their links;
+//!           counts of groups and vertices, and mesh bytes, of each page; groups by page
 //! pages:    the first of every mesh, the second of every mesh, …
 //! ```
 //! The first page of a mesh holds the groups of its coarsest cut. Each further page holds neighbouring
@@ -183,6 +184,7 @@ impl PagedMesh {
     /// A [`FileError`] if the bytes are not this page.
     pub fn read_page(&self, page: usize, bytes: &[u8]) -> Result<Hierarchy, FileError> {
         let entry = self.entry_of(page);
+        // The decoder would ignore bytes after the page.
         if bytes.len() as u64 != entry.sections[0].length {
             return Err(FileError::Checksum);
         }

@@ -18,6 +18,7 @@ impl<'a> Reader<'a> {
                 available,
             });
         }
+        // The cast is exact: `needed` is at most the length of a slice.
         let (taken, rest) = self.rest.split_at(needed as usize);
         self.rest = rest;
         Ok(taken)

@@ -31,6 +31,7 @@ impl Hierarchy {
 
     fn check_finer_of(&self, group: usize) -> Result<(), E> {
         let links = self.finer_groups(&self.groups[group]);
+        // Order rules out cycles, and lets every pass over the groups see finer groups first.
         if let Some(&finer) = links.iter().find(|&&finer| finer as usize >= group) {
             let finer = finer as usize;
             return Err(E::FinerNotBefore { group, finer });

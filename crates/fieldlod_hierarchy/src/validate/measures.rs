@@ -20,6 +20,7 @@ impl Hierarchy {
                 return Err(E::BadWholeMeshError { group, error });
             }
             let length = self.groups[group].mean_normal.length();
+            // A mean of unit normals is at most 1 long, up to the rounding of the sum.
             if length.is_nan() || length > 1.0 + 1e-4 {
                 return Err(E::BadMeanNormal { group });
             }

@@ -203,7 +203,7 @@ impl World {
         for stream in changed.collect::<BTreeSet<_>>() {
             let id = self.rock(stream).id;
             let residency = &self.residency;
-            let is_available = |group| residency.is_at_hand(stream, group);
+            let is_available = |group| residency.is_resident(stream, group);
             self.scene.set_available(id, is_available);
         }
     }
@@ -215,7 +215,7 @@ impl World {
 
     pub(crate) fn is_resident(&self, page: StreamPageId) -> bool {
         let groups = self.rock(page.mesh).mesh.groups_of(page.page as usize);
-        self.residency.is_at_hand(page.mesh, groups[0])
+        self.residency.is_resident(page.mesh, groups[0])
     }
 
     /// Returns `true` if each rock draws a complete cut of resident units.
@@ -226,7 +226,7 @@ impl World {
             let consumer = |unit: &u32| graph.units[*unit as usize].consumed_by;
             // The coarsest cut is selected before its page is resident.
             let is_resident = |group| {
-                rock.mesh.page_of(group) == 0 || self.residency.is_at_hand(rock.stream, group)
+                rock.mesh.page_of(group) == 0 || self.residency.is_resident(rock.stream, group)
             };
             let mut refined = vec![false; graph.groups.len()];
             for unit in units {

@@ -45,6 +45,7 @@ pub fn equivalent_camera(cameras: &[ParallelCamera]) -> Option<ParallelCamera> {
     }
     // One camera at the weighted mean has both sums at this depth (App. v).
     let depth = density / weight;
+    // Without cameras, the depth above is NaN and is not used.
     (weight > 0.0).then(|| ParallelCamera {
         origin: weighted_origin / weight,
         focal_px: density.sqrt() * depth,

@@ -15,6 +15,7 @@ pub fn coarsest_level(errors: &[Real], pixel_scale: SphereBound, max_error_px: R
     let SphereBound::Bounded(scale) = pixel_scale else {
         return 0;
     };
+    // From the coarsest level, so that errors need not be sorted.
     errors
         .iter()
         .rposition(|error| error * scale <= max_error_px)

@@ -80,7 +80,8 @@ impl SplatKernel {
         let sight = p.normalize();
         let cos_phi = Intrinsics::aspect_ratio(p);
         let facing = -surfel.normal.dot(sight);
-        // Directions in the image: along the radius from the principal point, and perpendicular to it.
+        // Directions in the image: along the radius from the principal point, and perpendicular to it. On the axis, any
+        // direction is radial.
         let radial = Vec2::new(p.x, p.y).try_normalize().unwrap_or(Vec2::X);
         let tangential = radial.perp();
         let across_sight = [
@@ -115,6 +116,7 @@ impl SplatKernel {
     /// Area of the disk's exact image; see [`Intrinsics::flux_through_disk`].
     #[inline]
     pub fn area_px2(&self) -> Real {
+        // `rest^(3/2)` without a power function.
         let rest = 1.0 - self.keystone.length_squared();
         self.affine_area_px2() / (rest * rest.sqrt())
     }
@@ -141,6 +143,7 @@ impl SplatKernel {
     /// of the disk. The pixel is inside the splat if the length of the point is at most 1.
     #[inline]
     pub fn unmap_exact(&self, pixel: Vec2) -> Vec2 {
+        // `e = x / (1 + g·x)` gives `g·e = g·x / (1 + g·x)`, so `x = e / (1 − g·e)`.
         let e = self.unmap_affine(pixel);
         e / (1.0 - self.keystone.dot(e))
     }
@@ -159,6 +162,8 @@ impl SplatKernel {
     #[inline]
     pub fn unmap_sheared(&self, pixel: Vec2) -> Option<Vec2> {
         let e = self.unmap_affine(pixel);
+        // `e = x (1 − g·x)` gives a quadratic equation for `g·x`. This form of its solution has no difference of nearly
+        // equal numbers, and holds for `g = 0`.
         let discriminant = 1.0 - 4.0 * self.keystone.dot(e);
         (discriminant >= 0.0).then(|| e * (2.0 / (1.0 + discriminant.sqrt())))
     }

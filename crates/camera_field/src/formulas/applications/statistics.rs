@@ -70,6 +70,7 @@ impl SurfaceSamples {
     pub fn deviation(&self) -> Real {
         let mean = self.mean();
         if self.area > 0.0 {
+            // Rounding can make the variance of an even density negative.
             let variance = self.squared_density / self.area - mean * mean;
             variance.max(0.0).sqrt()
         } else {

@@ -56,6 +56,7 @@ impl FilterKernel {
     pub fn new(camera: &Intrinsics, p: Vec3, texel_u: Vec3, texel_v: Vec3) -> Option<Self> {
         let u_px = camera.displace_px(p, texel_u);
         let v_px = camera.displace_px(p, texel_v);
+        // The inverse of the matrix with the columns `u_px` and `v_px`.
         let determinant = u_px.perp_dot(v_px);
         (determinant != 0.0).then(|| Self {
             texels_per_px_x: Vec2::new(v_px.y, -u_px.y) / determinant,

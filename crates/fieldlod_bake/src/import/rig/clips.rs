@@ -173,6 +173,8 @@ impl Channel {
         match self.interpolation {
             Interpolation::Step => a.to_vec(),
             Interpolation::Linear => {
+                // q and −q are the same rotation; the nearer one gives the shorter way. Poses normalize the result,
+                // which is close to a spherical interpolation between keyframes.
                 let dot: f32 = a.iter().zip(b).map(|(a, b)| a * b).sum();
                 let is_far = self.property == Property::Rotation && dot < 0.0;
                 let sign = if is_far { -1.0 } else { 1.0 };

@@ -178,6 +178,7 @@ fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, Primitive
         let joints = needed;
         return Err(RigFault::InverseBinds { count, joints }.into());
     }
+    // Their inverses place the joints in the bind pose.
     let is_usable = |m: &Mat4| m.is_finite() && m.determinant().is_normal();
     match inverse_binds.iter().position(|matrix| !is_usable(matrix)) {
         Some(joint) => Err(RigFault::BadInverseBind { joint }.into()),

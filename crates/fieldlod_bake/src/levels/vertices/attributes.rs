@@ -3,6 +3,7 @@
 use fieldlod_hierarchy::Vertices;
 use glam::{DVec2, Vec2, Vec3, Vec4};
 
+use crate::mesh::bounds::extent_of;
 use crate::mesh::topology::SAME_UV;
 use crate::mesh::{MAX_COORDINATE, SourceMesh};
 
@@ -50,6 +51,7 @@ impl AttributeLayout {
         let mut weights = Vec::new();
         let mut place = |count: usize, width: usize, weight: f32| {
             let first = weights.len();
+            // Attributes that the mesh does not have take no space in a row.
             weights.resize(first + if count > 0 { width } else { 0 }, weight);
             (count > 0).then_some(first)
         };
@@ -196,6 +198,7 @@ impl AttributeLayout {
         }
         // Project the tangent of the source onto the surface.
         if let Some(&tangent) = vertices.tangents.get(from) {
+            // The normal of this vertex was pushed above.
             let normal = vertices.normals.last().copied().unwrap_or_default();
             let along = tangent.truncate();
             let flat = (along - normal * normal.dot(along)).try_normalize();
@@ -267,10 +270,5 @@ fn mesh_per_uv(mesh: &SourceMesh, uvs: &[Vec2]) -> f64 {
         let [a, b, c] = triangle.map(|v| finite_or_zero(uvs[v as usize]).as_dvec2());
         uv_area += (b - a).perp_dot(c - a).abs();
     }
-    (area / uv_area).sqrt() / extent_of(&mesh.positions)
-}
-
-fn extent_of(positions: &[Vec3]) -> f64 {
-    let aabb = fieldlod_hierarchy::Aabb::around(positions.iter().copied()).unwrap_or_default();
-    f64::from((aabb.max - aabb.min).max_element())
+    (area / uv_area).sqrt() / f64::from(extent_of(&mesh.positions))
 }

@@ -31,11 +31,11 @@ pub(crate) struct LevelVertices {
     pub(crate) same_position: Vec<u32>,
     /// For each vertex, the first vertex at the same position that looks the same.
     pub(crate) corner: Vec<u32>,
-    /// For each vertex, whether the simplifier must protect its texture seam.
+    /// For each vertex, whether the simplifier must protect its texture seam, or its border between two parts.
     pub(crate) protection: Vec<SimplifyVertex>,
     /// For each vertex, whether the source has an open edge at its position.
     pub(crate) is_border: Vec<bool>,
-    /// For each source vertex, whether it stays at all levels.
+    /// For the first source vertex at each position, whether the vertices there stay at all levels.
     pub(crate) is_kept: Vec<bool>,
     /// For each vertex, the source vertex that it was moved from; itself for a source vertex.
     pub(crate) origin: Vec<u32>,
@@ -62,7 +62,7 @@ impl LevelVertices {
         surfaces: Surfaces,
         normal_weight: f32,
     ) -> Self {
-        let local_from_scaled = power_of_two_above(&mesh.positions);
+        let local_from_scaled = power_of_two_below(&mesh.positions);
         let scaled_from_local = local_from_scaled.recip();
         let scaled = |p: &Vec3| (*p * scaled_from_local).to_array();
         let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(scaled).collect();
@@ -134,6 +134,7 @@ impl LevelVertices {
     fn protect_seams(&mut self) {
         for vertex in 0..self.source_count as u32 {
             let first = self.same_position[vertex as usize];
+            // Parts have different materials, so no triangle may cross their border.
             let is_of_one_part = self.surfaces.part_of(vertex) == self.surfaces.part_of(first);
             if !is_of_one_part || self.layout.is_seam(self.row(vertex), self.row(first)) {
                 self.protection[vertex as usize] = SimplifyVertex::Protect;
@@ -200,8 +201,8 @@ impl Piece {
     }
 }
 
-/// A power of two; coordinates divided by it are at most 2.
-pub(crate) fn power_of_two_above(positions: &[Vec3]) -> f32 {
+/// The largest power of two up to the largest coordinate. Coordinates divided by it are less than 2.
+pub(crate) fn power_of_two_below(positions: &[Vec3]) -> f32 {
     let largest = positions
         .iter()
         .map(|p| p.abs().max_element())

@@ -11,7 +11,6 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::mesh::adapter;
-use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
 
 /// Triangles in a bounding volume hierarchy, for nearest-triangle queries.
@@ -126,12 +125,13 @@ impl TriangleTree {
     }
 
     /// The point on any triangle that is nearest to `point`. `None` if there are no triangles.
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn nearest_point(&self, point: Vec3) -> Option<Vec3> {
         let nearest = self.nearest(point)?;
         let leaf = &self.leaves[nearest.leaf as usize];
         let slot = leaf.ids.iter().position(|&id| id == nearest.triangle)?;
-        let triangle = Triangle::new(leaf.triangles.corners(slot));
+        let triangle = triangle::Triangle::new(leaf.triangles.corners(slot));
         Some(triangle.nearest_point(point.into()).into())
     }
 

@@ -20,6 +20,7 @@ pub(super) fn encode(
     primitive: &BakedPrimitive,
     options: PageOptions,
 ) -> (PagedMesh, Vec<Vec<u8>>) {
+    // Pages always hold their vertices: no source mesh is loaded beside a streamed file.
     let file_options = FileOptions::from(options.precision);
     let prepared = encode::prepare(&primitive.hierarchy, file_options);
     let hierarchy = prepared.hierarchy();
@@ -70,7 +71,6 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
         };
         let mut groups: Vec<u32> = indices().filter(of_level).collect();
         groups.sort_by_cached_key(|&group| order.key(&hierarchy.groups[group as usize]));
-        // All pages of a level have about the same size.
         let bytes = |group: &u32| {
             let units = &hierarchy.units[hierarchy.groups[*group as usize].units()];
             units
@@ -78,7 +78,8 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
                 .map(|unit| mesh_bytes(unit, vertex_bytes))
                 .sum::<u64>()
         };
-        // Filling pages one after the other would leave a last page of a few groups, which costs a whole read.
+        // All pages of a level have about the same size. Filling them one after the other would leave a last page of a
+        // few groups, which costs a whole read.
         let total: u64 = groups.iter().map(bytes).sum();
         let count = total.div_ceil(page_bytes.max(1)).max(1);
         let mut so_far = 0;
@@ -122,6 +123,7 @@ impl ZOrder {
     /// Interleaves the bits of the three coordinates of the centre of a group.
     fn key(&self, group: &Group) -> u32 {
         let last = ((1 << AXIS_BITS) - 1) as f32;
+        // A conversion to integers maps NaN and negative numbers to 0, so a centre outside the box is harmless.
         let cell = ((group.bounds.center - self.min) / self.size * last).as_uvec3();
         let bits = (0..AXIS_BITS).rev().flat_map(|bit| {
             cell.to_array()
@@ -179,6 +181,7 @@ fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
                 from.indices_of(unit).iter().copied(),
             );
         }
+        // All groups are terminal, so the page is a valid hierarchy without the groups of other pages.
         page.push_group(
             Group {
                 bounds: group.bounds,

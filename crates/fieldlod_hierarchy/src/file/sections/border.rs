@@ -26,6 +26,7 @@ impl Border {
     #[inline(always)]
     pub(crate) fn add(&mut self, from: u16, to: u16) {
         let (begin, end) = (usize::from(from), usize::from(to));
+        // A neighbour uses the edge in the other direction, so it is stored turned around.
         if self.after[begin] == to {
             (self.after[begin], self.before[end]) = (u16::MAX, u16::MAX);
         } else {

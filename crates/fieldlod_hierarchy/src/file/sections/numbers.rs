@@ -32,8 +32,9 @@ pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
         bytes.extend_from_slice(&first.to_le_bytes());
         return;
     }
-    let largest = numbers.iter().fold(0, |largest, &number| largest | number);
-    let width = match largest {
+    // The union of all bits is as wide as the largest number.
+    let used_bits = numbers.iter().fold(0, |used, &number| used | number);
+    let width = match used_bits {
         0..=0xff => 1,
         0x100..=0xffff => 2,
         _ => 4,
@@ -54,6 +55,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
 }
 
 fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
+    // Other modes are for multiples of a number and for floating-point values.
     let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
     let config = match kind {
         Kind::Plain => plain,
@@ -81,6 +83,7 @@ pub(crate) fn read_into(
     numbers: &mut Vec<u32>,
 ) -> Result<(), FileError> {
     let coding: u8 = reader.value(what)?;
+    // `decompress` overwrites all numbers, so they need no zeros first.
     if coding != PCO {
         numbers.clear();
     }

@@ -34,6 +34,7 @@ pub(crate) fn read<T: Pod>(
 }
 
 const fn fields_of<T>() -> usize {
+    // Records are read as 32-bit words. Another size or alignment fails at compile time.
     assert!(size_of::<T>().is_multiple_of(4) && align_of::<T>() == 4);
     size_of::<T>() / 4
 }

@@ -23,6 +23,7 @@ impl References {
         }
         let difference = vertex.wrapping_sub(self.last);
         self.last = vertex;
+        // 0 is the next new vertex.
         zigzag(difference).wrapping_add(1)
     }
 

@@ -40,6 +40,7 @@ pub(crate) fn read(
     let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
     section.read_vertex_order(added, &predictions)?;
     section.coded.rows.add_zeros(added);
+    // The rows are taken out, because the predicted normals borrow the rest of `coded`.
     let are_stored = section.coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut section.coded.rows);
     let (coded, from) = (&*section.coded, section.from);
@@ -55,6 +56,7 @@ pub(crate) fn read(
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);
+    // The writer pads sections with zeros, see `MAX_PER_BYTE`.
     if section.reader.rest.iter().all(|&byte| byte == 0) {
         Ok(())
     } else {

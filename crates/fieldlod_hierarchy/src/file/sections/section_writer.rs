@@ -66,6 +66,7 @@ pub(crate) fn write(
         &coded.moved_from[from.moved_from..],
         Kind::Plain,
     );
+    // Readers reject sections that claim more memory than their length allows.
     let least = claimed_bytes(coded, from, &symbols).div_ceil(MAX_PER_BYTE as usize);
     bytes.resize(bytes.len().max(least), 0);
     bytes

@@ -180,6 +180,7 @@ impl Symbols {
     fn write_vertex(&mut self, history: &mut History, vertex: u16, beside: [u16; 2]) {
         let recent = (0..RECENT).find(|&age| history.recent(age) == Some(vertex));
         let side = beside.iter().position(|&beside| beside == vertex);
+        // A vertex may have several symbols. The smallest one costs the fewest bits.
         if vertex == history.next {
             self.vertices.push(NEXT);
         } else if let Some(side) = side {
@@ -206,7 +207,8 @@ fn first_corner([a, b, c]: [u16; 3]) -> usize {
     (c_before_a & c_before_b) * 2 + (b_before_a & (1 - c_before_b))
 }
 
-/// Rotated corners, by the first corner.
+/// Rotated corners, by the first corner: the corner with the lowest vertex plus the coded number of corners, which is up
+/// to 4.
 const ROTATED: [[usize; 3]; 5] = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 1, 2], [1, 2, 0]];
 
 /// Decodes symbols to triangles.

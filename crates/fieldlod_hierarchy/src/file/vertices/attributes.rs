@@ -60,6 +60,7 @@ impl Attributes {
             let columns = if self.has(attribute) { columns } else { 0 };
             std::iter::repeat_n(predict, columns)
         };
+        // Positions come first, because normals are predicted from them.
         let positions = std::iter::repeat_n(line, 3);
         let all = positions
             .chain(of(NORMALS, normal, columns))

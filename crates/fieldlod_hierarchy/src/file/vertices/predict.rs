@@ -99,6 +99,7 @@ fn guess(predict: Predict, a: u32, b: u32, d: u32) -> u32 {
             ((float(a) + float(b)) * 0.5).to_bits()
         }
         Predict::IntParallelogram => a.wrapping_add(b).wrapping_sub(d),
+        // Sums in malformed files wrap. Writer and reader only have to agree.
         Predict::IntMean | Predict::IntNormal => a.wrapping_add(b) >> 1,
     }
 }

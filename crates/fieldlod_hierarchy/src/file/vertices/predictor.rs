@@ -48,6 +48,7 @@ impl Predictor {
             return;
         }
         let corners = [vertex(a), vertex(b), vertex(c)];
+        // Without a shared edge, a vertex is near the other corners of its triangle.
         for corner in corners {
             if !self.is_known(corner) {
                 let known = corners.into_iter().find(|&corner| self.is_known(corner));

@@ -43,6 +43,7 @@ impl Grid {
 
     /// Returns `true` if all values are finite.
     pub(crate) fn is_usable(self) -> bool {
+        // All values lie between the first and the last.
         let end = self.min + self.step * f64::from(Self::LAST);
         self.step >= 0.0 && (self.min as f32).is_finite() && (end as f32).is_finite()
     }

@@ -76,6 +76,7 @@ fn angle(sine: f32, cosine: f32) -> f32 {
     let x2 = x * x;
     let series = 0.180_141 + x2 * (-0.085_133 + x2 * 0.020_835_1);
     let angle = x * (0.999_866 + x2 * (-0.330_299_5 + x2 * series));
+    // The series holds up to 45°, where sine and cosine swap.
     let acute = if sine > cosine.abs() {
         FRAC_PI_2 - angle
     } else {

@@ -1,4 +1,4 @@
-//! An entity that the render world draws with another mesh looks in each frame like an entity with that `Mesh3d`.
+//! The render world draws an entity with another mesh. Each frame looks as if the entity had that `Mesh3d`.
 
 #[path = "../../crates/bevy_fieldlod/src/draw/drawn_meshes.rs"]
 #[expect(dead_code, reason = "the plugin uses more of it")]
@@ -26,7 +26,7 @@ use crate::picture::count_beyond;
 
 struct Show {
     stage: Stage,
-    /// Whether entities get another [`Mesh3d`]; otherwise only the render world draws another mesh.
+    /// Whether entities get another [`Mesh3d`]. Otherwise they keep it, and the render world draws another mesh.
     swaps: bool,
     /// The mesh of all entities, and two others.
     meshes: [Handle<Mesh>; 3],

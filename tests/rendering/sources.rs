@@ -27,7 +27,7 @@ impl Show {
     fn new(sources_on_gpu: bool) -> Option<Self> {
         let mut stage = Stage::new()?;
         stage.config().advanced.sources_on_gpu = sources_on_gpu;
-        let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(6, 5)));
+        let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 5)));
         let white = stage.add(StandardMaterial {
             unlit: true,
             ..Color::WHITE.into()

@@ -109,8 +109,8 @@ fn small_budget_pictures_have_no_holes() {
     };
     // The camera moves around the rock: each side needs other pages.
     let mut frames = Vec::new();
-    for index in 0..100u8 {
-        let angle = f32::from(index / 10) * 1.2;
+    for index in 0..60u8 {
+        let angle = f32::from(index / 6) * 1.2;
         let place = Vec3::new(angle.sin(), 0.2, angle.cos()) * 1.8;
         let pose = Transform::from_translation(place).looking_at(Vec3::ZERO, Vec3::Y);
         stage.insert(eye.entity, pose);

@@ -1,5 +1,7 @@
 //! Apps without a window, and fixtures for them.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use bevy::app::PluginGroupBuilder;
@@ -49,6 +51,22 @@ pub fn rendererless_app() -> App {
     app.add_plugins((rendererless(), FieldLodPlugin));
     finish(&mut app);
     app
+}
+
+/// A cache of bakes for all tests of this program, beside the program. Entries of an older build are removed.
+///
+/// # Panics
+/// If the program has no path.
+#[must_use]
+pub fn shared_cache() -> PathBuf {
+    let program = std::env::current_exe().expect("the path of this program");
+    let folder = program.with_extension("bakes");
+    let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
+    if changed(&folder) < changed(&program) {
+        // It fails if there is no folder.
+        let _ = fs::remove_dir_all(&folder);
+    }
+    folder
 }
 
 /// Finishes the plugins of an app.

@@ -9,7 +9,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
 
-use crate::apps::{bevy_mesh, rendererless_app, run_until_ready};
+use crate::apps::{bevy_mesh, rendererless_app, run_until_ready, shared_cache};
 use crate::rock;
 
 /// An object of the model: what was spawned, and whether it is shown.
@@ -37,6 +37,7 @@ pub struct Soak {
     cameras: [Entity; 2],
     /// Whether each camera has pixels to draw.
     has_pixels: [bool; 2],
+    surfaces: ClosedSurfaces,
     random: u64,
     /// Units that cameras drew, over all frames.
     pub units_drawn: u64,
@@ -50,6 +51,7 @@ impl Soak {
     pub fn new(seed: u64) -> Self {
         let mut app = rendererless_app();
         let world = app.world_mut();
+        world.resource_mut::<FieldLodAppConfig>().cache_folder = Some(shared_cache());
         let cameras = [40.0, 120.0].map(|distance| {
             let pose = Transform::from_xyz(0.0, 0.0, distance);
             let target = RenderTarget::None {
@@ -64,6 +66,7 @@ impl Soak {
             objects: Vec::new(),
             cameras,
             has_pixels: [true; 2],
+            surfaces: ClosedSurfaces::default(),
             random: seed,
             units_drawn: 0,
         };
@@ -265,14 +268,33 @@ impl Soak {
                 }
                 assert_eq!(is_whole, units.is_empty(), "{object:?}: {units:?}");
                 self.units_drawn += units.len() as u64;
-                assert_eq!(open_edges(world, &units), 0, "{object:?} has holes");
+                self.surfaces.check(world, &units);
             }
             assert!(whole.is_empty() && units.is_empty(), "{whole:?} {units:?}");
         }
     }
 }
 
-/// Edges of the closed surface that these entities draw together that do not have one triangle on each side.
+/// Sets of meshes that form a closed surface. The search for open edges is slow, and depends on the meshes alone.
+#[derive(Resource, Debug, Default)]
+pub struct ClosedSurfaces(HashSet<Vec<AssetId<Mesh>>>);
+
+impl ClosedSurfaces {
+    /// Checks that entities form a closed surface, unless the same meshes were checked earlier.
+    ///
+    /// # Panics
+    /// If the surface has a hole, or an entity has no mesh in main memory.
+    pub fn check(&mut self, world: &World, drawn: &[Entity]) {
+        let mesh = |drawn: &Entity| world.get::<Mesh3d>(*drawn).unwrap().id();
+        let mut meshes: Vec<AssetId<Mesh>> = drawn.iter().map(mesh).collect();
+        meshes.sort_unstable();
+        if self.0.insert(meshes) {
+            assert_eq!(open_edges(world, drawn), 0, "{drawn:?} have holes");
+        }
+    }
+}
+
+/// The number of edges of the surface of `drawn` that do not have one triangle on each side. It is 0 for a closed surface.
 ///
 /// # Panics
 /// If an entity has no mesh in main memory, or the mesh has no positions and indices.
@@ -292,7 +314,7 @@ pub fn open_edges(world: &World, drawn: &[Entity]) -> usize {
         for triangle in corners.chunks_exact(3) {
             for (from, to) in [(0, 1), (1, 2), (2, 0)] {
                 let (from, to) = (triangle[from], triangle[to]);
-                // Each direction counts against the other.
+                // The triangles on both sides of an edge use it in opposite directions.
                 let (edge, side) = if from < to {
                     ([from, to], 1)
                 } else {

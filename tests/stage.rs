@@ -15,10 +15,10 @@ use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
 use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::Msaa;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
-use bevy_fieldlod::{AdvancedAppConfig, prelude::*};
+use bevy_fieldlod::prelude::*;
 use image::RgbaImage;
 
-use crate::apps::{finish, windowless};
+use crate::apps::{finish, shared_cache, windowless};
 
 /// Default width and height of pictures, in pixels.
 pub const SIZE_PX: u32 = 256;
@@ -61,31 +61,29 @@ impl Stage {
     pub fn with_each_culling() -> impl Iterator<Item = Self> {
         [true, false].into_iter().filter_map(|gpu_culling| {
             let mut stage = Self::new()?;
-            stage.app.insert_resource(FieldLodAppConfig {
-                advanced: AdvancedAppConfig {
-                    gpu_culling,
-                    ..default()
-                },
-                ..default()
-            });
+            stage.config().advanced.gpu_culling = gpu_culling;
             Some(stage)
         })
     }
 
     /// [`Stage::new`], to which plugins can be added before [`Stage::finish`].
     pub fn unfinished() -> Option<Self> {
-        let mut stage = Self::stock()?;
-        stage.app.add_plugins(FieldLodPlugin);
-        Some(stage)
+        Self::unfinished_with(plugins())
     }
 
     /// [`Stage::unfinished`] with the assets of a folder.
     pub fn unfinished_in(folder: &Path) -> Option<Self> {
-        let mut stage = Self::stock_with(plugins().set(AssetPlugin {
+        Self::unfinished_with(plugins().set(AssetPlugin {
             file_path: folder.display().to_string(),
             ..default()
-        }))?;
+        }))
+    }
+
+    /// Adds the plugin. Stages of all tests share their bakes.
+    fn unfinished_with(plugins: PluginGroupBuilder) -> Option<Self> {
+        let mut stage = Self::stock_with(plugins)?;
         stage.app.add_plugins(FieldLodPlugin);
+        stage.config().cache_folder = Some(shared_cache());
         Some(stage)
     }
 
@@ -111,6 +109,17 @@ impl Stage {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
         finish(&mut self.app);
+    }
+
+    /// The settings of the plugin.
+    pub fn config(&mut self) -> Mut<'_, FieldLodAppConfig> {
+        self.app.world_mut().resource_mut()
+    }
+
+    /// Activates or deactivates a camera.
+    pub fn set_active(&mut self, eye: &Eye, is_active: bool) {
+        let mut camera = self.app.world_mut().get_mut::<Camera>(eye.entity).unwrap();
+        camera.is_active = is_active;
     }
 
     /// Shrinks shadow maps: drawing Bevy's large maps takes a software adapter most of a frame.
@@ -170,14 +179,27 @@ impl Stage {
 
     /// Draws frames until no entity waits for its levels, and one more.
     pub fn run_until_ready(&mut self) {
+        self.app.update();
+        self.app.update();
+        self.run_until("levels are ready", |stage| stage.progress().waiting == 0);
+        self.app.update();
+    }
+
+    /// Draws frames until `is_done`.
+    ///
+    /// # Panics
+    /// After two minutes.
+    pub fn run_until(&mut self, what: &str, mut is_done: impl FnMut(&mut Self) -> bool) {
         let deadline = Instant::now() + Duration::from_secs(120);
-        self.app.update();
-        self.app.update();
-        while self.app.world().resource::<FieldLodProgress>().waiting > 0 {
-            assert!(Instant::now() < deadline, "hierarchies are not ready");
+        while !is_done(self) {
+            assert!(Instant::now() < deadline, "never: {what}");
             self.app.update();
         }
-        self.app.update();
+    }
+
+    /// The states of all entities.
+    pub fn progress(&self) -> FieldLodProgress {
+        *self.app.world().resource()
     }
 
     /// Requests pictures of the next frame. They arrive some frames later.
@@ -198,16 +220,21 @@ impl Stage {
             .collect()
     }
 
+    /// Draws a frame and requests its picture.
+    pub fn draw(&mut self, eye: &Eye) -> Pending {
+        let pending = self.request(&[eye]).remove(0);
+        self.app.update();
+        pending
+    }
+
     /// Draws frames until `pending` has arrived.
     pub fn wait(&mut self, pending: &Pending) -> RgbaImage {
-        let deadline = Instant::now() + Duration::from_secs(60);
-        loop {
-            if let Some(picture) = pending.take() {
-                return picture;
-            }
-            assert!(Instant::now() < deadline, "no picture arrives");
-            self.app.update();
-        }
+        let mut picture = None;
+        self.run_until("a picture arrives", |_| {
+            picture = pending.take();
+            picture.is_some()
+        });
+        picture.expect("the loop ends with a picture")
     }
 
     /// Pictures of the same frame.

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
+use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::VisibleEntities;
 use bevy::ecs::system::RunSystemOnce;
 use bevy::log::tracing::field::{Field, Visit};
@@ -14,13 +15,21 @@ use bevy::log::tracing::{Event, Level, Subscriber};
 use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
 use bevy::log::tracing_subscriber::util::SubscriberInitExt;
 use bevy::log::tracing_subscriber::{Layer, registry};
+use bevy::mesh::MeshPlugin;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodOrigin, LodUnit};
 use fieldlod_tests::apps::{self, bevy_mesh, finish, rendererless};
 
-/// An app with the plugin.
+/// An app with the plugin. It shares its bakes with the apps of other tests.
 pub(crate) fn app() -> App {
+    let mut app = app_without_cache();
+    share_bakes(&mut app);
+    app
+}
+
+/// An app with the plugin that bakes each mesh.
+pub(crate) fn app_without_cache() -> App {
     app_in(Path::new("."))
 }
 
@@ -34,12 +43,18 @@ pub(crate) fn app_in(folder: &Path) -> App {
     app
 }
 
-/// An app with the plugin and another plugin.
+/// [`app`] with another plugin.
 pub(crate) fn app_with(plugin: impl Plugin) -> App {
     let mut app = unfinished(AssetPlugin::default());
     app.add_plugins(plugin);
     finish(&mut app);
+    share_bakes(&mut app);
     app
+}
+
+fn share_bakes(app: &mut App) {
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+    config.cache_folder = Some(apps::shared_cache());
 }
 
 /// An app with a camera at `distance` from the origin, and a rock with its levels of detail at the origin. The rock is
@@ -59,13 +74,33 @@ pub(crate) fn unfinished(assets: AssetPlugin) -> App {
 
 /// [`unfinished`] with an existing app.
 pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
+    app.add_plugins(rendererless().set(assets));
+    add_plugin(&mut app);
+    app
+}
+
+/// An app with the plugins of Bevy that the plugin needs. Its frames take less time than those of [`app`].
+pub(crate) fn minimal_app() -> App {
+    let mut app = App::new();
+    app.add_plugins((
+        MinimalPlugins,
+        AssetPlugin::default(),
+        TransformPlugin,
+        MeshPlugin,
+        CameraPlugin,
+    ));
+    add_plugin(&mut app);
+    finish(&mut app);
+    app
+}
+
+fn add_plugin(app: &mut App) {
     listen();
-    app.add_plugins((rendererless().set(assets), FieldLodPlugin))
+    app.add_plugins(FieldLodPlugin)
         .init_resource::<Events>()
         .init_resource::<Failures>()
         .add_observer(note_failure)
         .add_systems(Last, note_events);
-    app
 }
 
 /// More frames than the 60 after which unused units are despawned.
@@ -107,11 +142,12 @@ pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
 
 /// Runs frames until `done`.
 pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App) -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + Duration::from_secs(120);
     while !done(app) {
         assert!(Instant::now() < deadline, "never: {what}");
         app.update();
-        std::thread::sleep(Duration::from_millis(1));
+        // Bakes run meanwhile.
+        std::thread::sleep(Duration::from_millis(4));
     }
 }
 

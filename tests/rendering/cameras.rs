@@ -5,16 +5,16 @@ use bevy::light::{CascadeShadowConfigBuilder, DirectionalLight, NotShadowCaster}
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::frame_times::drop_commands;
 use fieldlod_tests::stage::{Eye, Stage};
-use image::RgbaImage;
 
 use crate::picture::{count, difference};
 
 const FINE_PX: f32 = 1.0;
 const COARSE_PX: f32 = 400.0;
 
-/// A boulder over a plane, under a low sun.
-fn add_scene(stage: &mut Stage, casts_shadow: bool) {
+/// Adds a boulder over a plane, under a low sun. Returns the boulder.
+fn add_scene(stage: &mut Stage) -> Entity {
     stage.shrink_shadow_maps();
     let boulder = stage.add(bevy_mesh(&fieldlod_tests::rock(5, 7)));
     let ground = stage.add(Mesh::from(Plane3d::new(Vec3::Y, Vec2::splat(20.0))));
@@ -26,9 +26,6 @@ fn add_scene(stage: &mut Stage, casts_shadow: bool) {
         Transform::from_xyz(0.0, 1.5, 0.0),
         AutoLod::default(),
     ));
-    if !casts_shadow {
-        stage.insert(boulder, NotShadowCaster);
-    }
     stage.spawn((Mesh3d(ground), MeshMaterial3d(sand)));
     stage.spawn((
         DirectionalLight {
@@ -43,6 +40,7 @@ fn add_scene(stage: &mut Stage, casts_shadow: bool) {
         .build(),
         Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
     ));
+    boulder
 }
 
 fn add_eye(stage: &mut Stage, error_px: f32) -> Eye {
@@ -54,21 +52,12 @@ fn add_eye(stage: &mut Stage, error_px: f32) -> Eye {
     )
 }
 
-fn alone(error_px: f32, casts_shadow: bool) -> Option<RgbaImage> {
-    let mut stage = Stage::new()?;
-    add_scene(&mut stage, casts_shadow);
-    let eye = add_eye(&mut stage, error_px);
-    stage.run_until_ready();
-    let [picture] = stage.shoot([&eye]);
-    Some(picture)
-}
-
 #[test]
 fn two_cameras_draw_own_cuts_and_shadows() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
-    add_scene(&mut stage, true);
+    let boulder = add_scene(&mut stage);
     let fine_eye = add_eye(&mut stage, FINE_PX);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
     stage.run_until_ready();
@@ -80,22 +69,23 @@ fn two_cameras_draw_own_cuts_and_shadows() {
     );
 
     // Side by side, each draws the same object and shadow as alone.
-    let (Some(fine_alone), Some(coarse_alone)) = (alone(FINE_PX, true), alone(COARSE_PX, true))
-    else {
-        return;
-    };
-    assert_eq!(count(&difference(&fine, &fine_alone)), 0);
-    assert_eq!(count(&difference(&coarse, &coarse_alone)), 0);
+    for (eye, other, beside) in [
+        (&fine_eye, &coarse_eye, &fine),
+        (&coarse_eye, &fine_eye, &coarse),
+    ] {
+        stage.set_active(other, false);
+        stage.app.update();
+        let [alone] = stage.shoot([eye]);
+        assert_eq!(count(&difference(beside, &alone)), 0);
+        stage.set_active(other, true);
+    }
 
     // The shadows differ too, at pixels that show no object.
-    let Some(without_shadow) = alone(FINE_PX, false) else {
-        return;
-    };
+    stage.insert(boulder, NotShadowCaster);
+    stage.app.update();
+    let [without_shadow, coarse_without_shadow] = stage.shoot([&fine_eye, &coarse_eye]);
     let shadow = difference(&fine, &without_shadow);
     assert!(count(&shadow) > 500, "the scene shows no shadow");
-    let Some(coarse_without_shadow) = alone(COARSE_PX, false) else {
-        return;
-    };
     let coarse_shadow = difference(&coarse, &coarse_without_shadow);
     let object = difference(&without_shadow, &coarse_without_shadow);
     let shadow_moved = shadow
@@ -115,10 +105,11 @@ fn despawned_camera_is_ignored() {
     let Some(mut stage) = Stage::new() else {
         return;
     };
-    add_scene(&mut stage, false);
+    add_scene(&mut stage);
     let fine_eye = add_eye(&mut stage, 0.1);
     let coarse_eye = add_eye(&mut stage, COARSE_PX);
     stage.run_until_ready();
+    drop_commands(&mut stage.app);
     stage.app.world_mut().despawn(fine_eye.entity);
     // Unused units are despawned after 60 frames.
     (0..64).for_each(|_| stage.app.update());

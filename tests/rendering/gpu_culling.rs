@@ -8,9 +8,9 @@ use bevy::post_process::motion_blur::MotionBlur;
 use bevy::prelude::*;
 use bevy::render::view::NoIndirectDrawing;
 use bevy_fieldlod::LodUnit;
-use bevy_fieldlod::{AdvancedAppConfig, prelude::*};
+use bevy_fieldlod::prelude::*;
 use fieldlod_tests::apps::bevy_mesh;
-use fieldlod_tests::stage::{Eye, Stage};
+use fieldlod_tests::stage::{Eye, Pending, Stage};
 use image::RgbaImage;
 
 use crate::picture::{count, difference};
@@ -48,13 +48,7 @@ impl Story {
     fn new(gpu_culling: bool) -> Option<Self> {
         let mut stage = Stage::new()?;
         stage.shrink_shadow_maps();
-        stage.app.insert_resource(FieldLodAppConfig {
-            advanced: AdvancedAppConfig {
-                gpu_culling,
-                ..default()
-            },
-            ..default()
-        });
+        stage.config().advanced.gpu_culling = gpu_culling;
         let stone = stage.add(StandardMaterial::from(Color::srgb(0.6, 0.5, 0.4)));
         let clear = stage.add(StandardMaterial::from(Color::srgba(0.4, 0.6, 0.5, 0.5)));
         let mut add_rock = |subdivisions, material: &Handle<StandardMaterial>, x| {
@@ -95,15 +89,27 @@ impl Story {
     fn add_eye(&mut self, error_px: f32, x: f32) {
         let pose = Transform::from_xyz(x, 4.0, 7.0).looking_at(Vec3::new(0.0, 0.7, 0.0), Vec3::Y);
         let settings = FieldLodCamera::with_error_px(error_px);
-        let eye = self.stage.add_eye(pose, css::SKY_BLUE.into(), settings);
+        let size_px = UVec2::splat(128);
+        let background = css::SKY_BLUE.into();
+        let eye = self
+            .stage
+            .add_eye_of_size(size_px, pose, background, settings);
         self.eyes.push(eye);
     }
 
+    /// Pictures of the frame after the next.
     fn pictures(&mut self) -> Vec<RgbaImage> {
+        let pending = self.draw();
+        pending.iter().map(|one| self.stage.wait(one)).collect()
+    }
+
+    /// Draws two frames, and requests pictures of the second.
+    fn draw(&mut self) -> Vec<Pending> {
         self.stage.app.update();
         let eyes: Vec<&Eye> = self.eyes.iter().collect();
         let pending = self.stage.request(&eyes);
-        pending.iter().map(|one| self.stage.wait(one)).collect()
+        self.stage.app.update();
+        pending
     }
 
     /// The first eye's picture, with motion blur, of a frame in which objects move and units are spawned.
@@ -125,38 +131,32 @@ impl Story {
         let pending = self.stage.request(&[&self.eyes[0]]);
         self.stage.wait(&pending[0])
     }
-
-    fn set_active(&mut self, eye: usize, is_active: bool) {
-        let eye = self.eyes[eye].entity;
-        let mut camera = self.stage.app.world_mut().get_mut::<Camera>(eye).unwrap();
-        camera.is_active = is_active;
-    }
 }
 
 type Step = (&'static str, fn(&mut Story));
 
 const STEPS: [Step; 14] = [
-    ("at first", |_| {}),
+    ("the first frame", |_| {}),
     ("a camera moves", |story| {
         let pose = Transform::from_xyz(-1.0, 2.5, 4.0).looking_at(Vec3::Y, Vec3::Y);
         story.stage.insert(story.eyes[0].entity, pose);
     }),
-    ("another camera comes", |story| story.add_eye(20.0, 0.0)),
+    ("a camera is added", |story| story.add_eye(20.0, 0.0)),
     ("an object is on another layer", |story| {
         story.stage.insert(story.boulder, RenderLayers::layer(1));
     }),
-    ("a camera sees it there", |story| {
+    ("a camera sees that layer", |story| {
         let layers = RenderLayers::from_layers(&[0, 1]);
         story.stage.insert(story.eyes[0].entity, layers);
     }),
-    ("it comes back", |story| {
+    ("the object is on the first layer again", |story| {
         let mut boulder = story.stage.app.world_mut().entity_mut(story.boulder);
         boulder.remove::<RenderLayers>();
     }),
     ("an object is hidden", |story| {
         story.stage.insert(story.prop, Visibility::Hidden);
     }),
-    ("it is shown, and another moves", |story| {
+    ("the object is shown, and another moves", |story| {
         story.stage.insert(story.prop, Visibility::Visible);
         story
             .stage
@@ -166,18 +166,18 @@ const STEPS: [Step; 14] = [
         let settings = FieldLodCamera::at_level(0);
         story.stage.insert(story.eyes[1].entity, settings);
     }),
-    ("and a cut again", |story| {
+    ("the camera sees a cut again", |story| {
         let settings = FieldLodCamera::with_error_px(100.0);
         story.stage.insert(story.eyes[1].entity, settings);
-        story.set_active(0, false);
+        story.stage.set_active(&story.eyes[0], false);
         story.stage.app.update();
-        story.set_active(0, true);
+        story.stage.set_active(&story.eyes[0], true);
     }),
-    ("a light goes", |story| {
+    ("a light is hidden", |story| {
         story.stage.insert(story.sun, Visibility::Hidden);
     }),
     // In Bevy 0.19.1, a hidden light has no shadows when it is shown again.
-    ("another comes, later", |story| {
+    ("another light is added", |story| {
         story.stage.app.update();
         story.stage.app.world_mut().entity_mut(story.sun).despawn();
         story.sun = spawn_sun(&mut story.stage);
@@ -186,7 +186,7 @@ const STEPS: [Step; 14] = [
         let mut boulder = story.stage.app.world_mut().entity_mut(story.boulder);
         boulder.remove::<AutoLod>();
     }),
-    ("an object is gone", |story| {
+    ("an object is despawned", |story| {
         story.stage.app.world_mut().entity_mut(story.prop).despawn();
     }),
 ];
@@ -205,38 +205,47 @@ fn gpu_lists_equal_cpu_lists() {
     };
     assert!(on_gpu(&mut kept), "the adapter does not cull");
     assert!(!on_gpu(&mut filtered));
-    let mut before = kept.pictures();
-    for (name, step) in STEPS {
-        step(&mut kept);
-        step(&mut filtered);
-        let pictures = kept.pictures();
-        for (index, (kept, filtered)) in pictures.iter().zip(filtered.pictures()).enumerate() {
-            let differing = count(&difference(kept, &filtered));
+    let frames = STEPS.map(|(_, step)| {
+        [&mut kept, &mut filtered].map(|story| {
+            step(story);
+            story.draw()
+        })
+    });
+    let mut before = Vec::new();
+    for ((name, _), frames) in STEPS.iter().zip(&frames) {
+        let pictures = |story: &mut Story, pending: &[Pending]| {
+            let pictures = pending.iter().map(|one| story.stage.wait(one));
+            pictures.collect::<Vec<RgbaImage>>()
+        };
+        let filtered = pictures(&mut filtered, &frames[1]);
+        let pictures = pictures(&mut kept, &frames[0]);
+        for (index, (kept, filtered)) in pictures.iter().zip(&filtered).enumerate() {
+            let differing = count(&difference(kept, filtered));
             assert_eq!(differing, 0, "{name}, in the picture of camera {index}");
         }
         let has_changed = |(now, before): (&RgbaImage, &RgbaImage)| now != before;
         let changes =
             pictures.len() > before.len() || pictures.iter().zip(&before).any(has_changed);
-        assert!(changes || name == "at first", "{name}: nothing changes");
+        assert!(changes, "{name}: nothing changes");
         before = pictures;
     }
 }
 
 #[test]
 fn no_indirect_drawing_uses_cpu_lists() {
-    let stories = (Story::new(true), Story::new(true));
-    let (Some(mut kept), Some(mut direct)) = stories else {
+    let Some(mut story) = Story::new(true) else {
         return;
     };
-    direct.pictures();
-    direct.add_eye(300.0, 1.5);
-    direct
-        .stage
-        .insert(direct.eyes[2].entity, NoIndirectDrawing);
-    let before = kept.pictures();
-    let pictures = direct.pictures();
-    let prop = direct.stage.app.world().entity(direct.prop);
-    assert!(!prop.contains::<NoCpuCulling>());
+    let before = story.pictures();
+    let is_on_gpu = |story: &Story| {
+        let prop = story.stage.app.world().entity(story.prop);
+        prop.contains::<NoCpuCulling>()
+    };
+    assert!(is_on_gpu(&story));
+    story.add_eye(300.0, 1.5);
+    story.stage.insert(story.eyes[2].entity, NoIndirectDrawing);
+    let pictures = story.pictures();
+    assert!(!is_on_gpu(&story));
     for (one, other) in before.iter().zip(&pictures) {
         assert_eq!(count(&difference(one, other)), 0);
     }
@@ -252,5 +261,5 @@ fn motion_blur_is_equal_with_gpu_lists() {
     // The same picture without motion.
     let sharp = &kept.pictures()[0];
     let differing = count(&difference(&smeared, sharp));
-    assert!(differing > 1_000, "{differing} pixels are smeared");
+    assert!(differing > 250, "{differing} pixels are smeared");
 }

@@ -35,25 +35,28 @@ fn closed_mesh_has_no_holes() {
     stage.spawn((Mesh3d(boulder), MeshMaterial3d(white), AutoLod::default()));
     let eye = stage.add_eye(Transform::default(), BACKGROUND, FieldLodCamera::default());
     let empty = image::Rgba([255, 0, 255, 255]);
-    let mut triangle_counts = Vec::new();
+    let (mut triangle_counts, mut frames) = (Vec::new(), Vec::new());
     stage.run_until_ready();
-    for (index, direction) in directions(20).enumerate() {
+    for (index, direction) in directions(12).enumerate() {
         let distance = [2.2, 3.5, 6.0, 12.0][index % 4];
         let pose =
             Transform::from_translation(direction * distance).looking_at(Vec3::ZERO, Vec3::Y);
-        for error_px in [0.0, 0.5, 2.0, 8.0, 40.0] {
+        for error_px in [0.5, 2.0, 8.0, 40.0] {
             let bundle = (pose, FieldLodCamera::with_error_px(error_px));
             stage.insert(eye.entity, bundle);
-            let [picture] = stage.shoot([&eye]);
-            let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
-            assert!(covered > 100, "nothing is drawn from {direction}");
-            let holes = enclosed(&picture, empty);
-            assert_eq!(
-                holes, 0,
-                "holes from {direction} at {distance} and {error_px} px"
-            );
+            frames.push((stage.draw(&eye), direction, distance, error_px));
             triangle_counts.push(stage.stats(&eye).triangles_drawn);
         }
+    }
+    for (frame, direction, distance, error_px) in frames {
+        let picture = stage.wait(&frame);
+        let covered = picture.pixels().filter(|&&pixel| pixel != empty).count();
+        assert!(covered > 100, "nothing is drawn from {direction}");
+        let holes = enclosed(&picture, empty);
+        assert_eq!(
+            holes, 0,
+            "holes from {direction} at {distance} and {error_px} px"
+        );
     }
     triangle_counts.sort_unstable();
     triangle_counts.dedup();

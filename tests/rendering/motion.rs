@@ -10,7 +10,7 @@ use crate::character::character;
 /// While a character moves away and comes back, the image error around a change of level is at most 1.5 times that of
 /// neighbouring frames, and no background shows through.
 #[test]
-fn changes_of_level_in_motion_do_not_stand_out() {
+fn level_changes_in_motion_do_not_stand_out() {
     let renderer = match Renderer::new() {
         Err(RenderError::NoAdapter) => return skip_without_adapter(),
         renderer => renderer.unwrap(),

@@ -34,26 +34,25 @@ pub(crate) fn count(mask: &[bool]) -> usize {
 /// The pixels of `color` that cannot be reached from the picture's edge through pixels of `color`.
 pub(crate) fn enclosed(picture: &RgbaImage, color: image::Rgba<u8>) -> usize {
     let (width, height) = picture.dimensions();
-    let is_color = |x, y| !differs(*picture.get_pixel(x, y), color);
-    let mut reached = vec![false; (width * height) as usize];
-    let on_edge = |&(x, y): &(u32, u32)| x == 0 || y == 0 || x == width - 1 || y == height - 1;
-    let all = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let mut open: Vec<(u32, u32)> = all().filter(on_edge).collect();
-    while let Some((x, y)) = open.pop() {
-        let index = (y * width + x) as usize;
-        if reached[index] || !is_color(x, y) {
-            continue;
+    let (width, height) = (width as usize, height as usize);
+    let pixels = picture.pixels();
+    let mut unreached: Vec<bool> = pixels.map(|pixel| !differs(*pixel, color)).collect();
+    let on_edge = |at: &usize| {
+        let (x, y) = (at % width, at / width);
+        x == 0 || y == 0 || x == width - 1 || y == height - 1
+    };
+    let mut open: Vec<usize> = (0..unreached.len()).filter(on_edge).collect();
+    while let Some(at) = open.pop() {
+        if std::mem::take(&mut unreached[at]) {
+            // A step beyond the end of a row leads to an edge, which is reached anyway.
+            let steps = [
+                at.wrapping_sub(1),
+                at + 1,
+                at.wrapping_sub(width),
+                at + width,
+            ];
+            open.extend(steps.into_iter().filter(|step| *step < unreached.len()));
         }
-        reached[index] = true;
-        let neighbours = [
-            (x.wrapping_sub(1), y),
-            (x + 1, y),
-            (x, y.wrapping_sub(1)),
-            (x, y + 1),
-        ];
-        open.extend(neighbours.iter().filter(|(x, y)| *x < width && *y < height));
     }
-    all()
-        .filter(|&(x, y)| is_color(x, y) && !reached[(y * width + x) as usize])
-        .count()
+    count(&unreached)
 }

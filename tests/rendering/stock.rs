@@ -112,10 +112,7 @@ fn set_full_detail(stage: &mut Stage, eye: &Eye, full_detail: bool) {
     let world = stage.app.world_mut();
     let mut settings = world.get_mut::<FieldLodCamera>(eye.entity).unwrap();
     settings.forced_level = full_detail.then_some(0);
-    // The pictures of temporal anti-aliasing converge.
-    for _ in 0..12 {
-        stage.app.update();
-    }
+    stage.app.update();
 }
 
 /// The number of pixels that do not show the background.
@@ -138,18 +135,15 @@ fn assert_alike(full: &RgbaImage, levels: &RgbaImage) {
 }
 
 /// Checks that few pixels differ between full detail and levels, drawn by `technique`.
-fn draws_alike(technique: impl Bundle, third: OpaqueRendererMethod) {
-    let Some(mut stage) = stage_with_rows(third) else {
-        return;
-    };
-    let eye = add_eye(&mut stage, technique);
+fn draws_alike(stage: &mut Stage, technique: impl Bundle) {
+    let eye = add_eye(stage, technique);
     stage.run_until_ready();
-    set_full_detail(&mut stage, &eye, true);
+    set_full_detail(stage, &eye, true);
     let [full] = stage.shoot([&eye]);
     assert!(covered(&full) > 9_000, "{} pixels covered", covered(&full));
     let stats = stage.stats(&eye);
     assert_eq!(stats.triangles_drawn, stats.triangles_full);
-    set_full_detail(&mut stage, &eye, false);
+    set_full_detail(stage, &eye, false);
     let [levels] = stage.shoot([&eye]);
     let stats = stage.stats(&eye);
     assert!(
@@ -166,28 +160,26 @@ fn draws_alike(technique: impl Bundle, third: OpaqueRendererMethod) {
         each_way * 100 < covered(&full),
         "{each_way} pixels appear or vanish"
     );
+    stage.app.world_mut().despawn(eye.entity);
 }
 
 #[test]
 fn forward_rendering_draws_levels_in_every_material() {
-    draws_alike((), OpaqueRendererMethod::Forward);
-}
-
-#[test]
-fn multisampling_draws_levels() {
-    draws_alike(Msaa::Sample4, OpaqueRendererMethod::Forward);
-}
-
-#[test]
-fn prepass_draws_levels() {
+    let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Forward) else {
+        return;
+    };
+    draws_alike(&mut stage, ());
+    draws_alike(&mut stage, Msaa::Sample4);
     let prepass = (DepthPrepass, NormalPrepass, MotionVectorPrepass);
-    draws_alike(prepass, OpaqueRendererMethod::Forward);
+    draws_alike(&mut stage, prepass);
 }
 
 #[test]
-fn deferred_rendering_draws_levels() {
-    let prepass = (DepthPrepass, DeferredPrepass);
-    draws_alike(prepass, OpaqueRendererMethod::Deferred);
+fn deferred_rendering_draws_levels_in_every_material() {
+    let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Deferred) else {
+        return;
+    };
+    draws_alike(&mut stage, (DepthPrepass, DeferredPrepass));
 }
 
 /// Bevy's occlusion culling skips rocks behind a wall, and visible flux draws them coarser. The picture equals that
@@ -213,47 +205,60 @@ fn occlusion_culling_with_visible_flux_is_invisible() {
     });
     stage.insert(beside.entity, OcclusionCulling);
     stage.run_until_ready();
-    for step in 0..6 {
+    let frames = [0u8, 1, 2, 3, 4, 5].map(|step| {
         for eye in [&alone, &beside] {
-            let at = Vec3::new(step as f32 * 0.8 - 2.0, 0.3, 16.0);
+            let at = Vec3::new(f32::from(step) * 0.8 - 2.0, 0.3, 16.0);
             let pose = Transform::from_translation(at).looking_to(Vec3::NEG_Z, Vec3::Y);
             stage.insert(eye.entity, pose);
         }
         stage.app.update();
-        let [alone, beside] = stage.shoot([&alone, &beside]);
-        assert!(covered(&alone) > 9_000);
-        assert_eq!(count(&difference(&alone, &beside)), 0, "step {step}");
+        let frames = stage.request(&[&alone, &beside]);
+        stage.app.update();
+        frames
+    });
+    for (step, frames) in frames.iter().enumerate() {
+        let pictures: Vec<_> = frames.iter().map(|frame| stage.wait(frame)).collect();
+        assert!(covered(&pictures[0]) > 9_000);
+        let differing = count(&difference(&pictures[0], &pictures[1]));
+        assert_eq!(differing, 0, "step {step}");
     }
 }
 
+/// Frames of a flight.
+const FRAMES: u8 = 24;
+
 /// The last picture, with temporal anti-aliasing, of rocks that move sideways and nearer, and the number of their level
 /// changes.
-fn after_a_flight(full_detail: bool) -> Option<(RgbaImage, usize)> {
-    let mut stage = stage_with_rows(OpaqueRendererMethod::Forward)?;
-    let eye = add_eye(&mut stage, TemporalAntiAliasing::default());
-    stage.run_until_ready();
-    set_full_detail(&mut stage, &eye, full_detail);
-    let mut counts = Vec::new();
-    for _ in 0..48 {
+fn after_a_flight(stage: &mut Stage, eye: &Eye, full_detail: bool) -> (RgbaImage, usize) {
+    set_full_detail(stage, eye, full_detail);
+    let move_rocks = |stage: &mut Stage, frames: f32| {
         let world = stage.app.world_mut();
         let mut rocks = world.query_filtered::<&mut Transform, With<AutoLod>>();
         for mut rock in rocks.iter_mut(world) {
-            rock.translation += Vec3::new(0.01, 0.0, 0.1);
+            rock.translation += Vec3::new(0.02, 0.0, 0.2) * frames;
         }
         stage.app.update();
-        counts.push(stage.stats(&eye).triangles_drawn);
+    };
+    let mut counts = Vec::new();
+    for _ in 0..FRAMES {
+        move_rocks(stage, 1.0);
+        counts.push(stage.stats(eye).triangles_drawn);
     }
-    let [picture] = stage.shoot([&eye]);
+    let [picture] = stage.shoot([eye]);
+    move_rocks(stage, -f32::from(FRAMES));
     counts.dedup();
-    Some((picture, counts.len()))
+    (picture, counts.len())
 }
 
 #[test]
 fn taa_leaves_no_ghosts() {
-    let (Some((full, _)), Some((levels, changes))) = (after_a_flight(true), after_a_flight(false))
-    else {
+    let Some(mut stage) = stage_with_rows(OpaqueRendererMethod::Forward) else {
         return;
     };
+    let eye = add_eye(&mut stage, TemporalAntiAliasing::default());
+    stage.run_until_ready();
+    let [(full, _), (levels, changes)] =
+        [true, false].map(|full_detail| after_a_flight(&mut stage, &eye, full_detail));
     assert!(changes > 8, "the levels hardly changed: {changes} counts");
     assert_alike(&full, &levels);
 }

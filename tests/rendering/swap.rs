@@ -10,6 +10,7 @@ use bevy::render::sync_world::MainEntity;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodSystems, LodUnit};
 use fieldlod_tests::apps::bevy_mesh;
+use fieldlod_tests::frame_times::drop_commands;
 use fieldlod_tests::stage::Stage;
 use image::RgbaImage;
 
@@ -37,10 +38,8 @@ fn units_replace_source_without_blink() {
     let mut frames = Vec::new();
     let mut frames_after = 0;
     while frames_after < 4 {
-        frames.extend(stage.request(&[&eye]));
-        stage.app.update();
-        let status = stage.app.world().resource::<FieldLodProgress>();
-        frames_after += usize::from(status.ready == 1);
+        frames.push(stage.draw(&eye));
+        frames_after += usize::from(stage.progress().ready == 1);
     }
     let stats = stage.stats(&eye);
     assert!(stats.units_drawn > 0, "no unit is drawn");
@@ -82,7 +81,7 @@ fn jumping_camera_swaps_props_at_once() {
         DirectionalLight::default(),
         Transform::default().looking_to(Vec3::new(-1.0, -0.8, -0.3), Vec3::Y),
     ));
-    // All have one level from far away, and different levels from near.
+    // Seen from far away, all rocks have the same level. Seen from near, their levels differ.
     for (x, z) in [
         (-1.2, 0.0),
         (1.2, 0.0),
@@ -99,8 +98,8 @@ fn jumping_camera_swaps_props_at_once() {
     stage.run_until_ready();
     for distance in [3.0, 500.0, 4.0, 40.0, 3.5] {
         stage.insert(eye.entity, at(distance));
-        let [first] = stage.shoot([&eye]);
-        let [next] = stage.shoot([&eye]);
+        let frames = [(); 2].map(|()| stage.draw(&eye));
+        let [first, next] = frames.map(|frame| stage.wait(&frame));
         assert_eq!(count(&difference(&first, &next)), 0, "at {distance}");
     }
 }
@@ -131,6 +130,7 @@ fn check_new_units(mut stage: Stage) {
     let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
     stage.insert(eye.entity, MotionVectorPrepass);
     stage.run_until_ready();
+    drop_commands(&mut stage.app);
     let mut new_units = 0;
     for step in 0..20u8 {
         let place = Transform::from_xyz(f32::from(step) * 0.05, 0.0, f32::from(step) * 1.8);

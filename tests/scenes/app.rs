@@ -74,7 +74,7 @@ pub struct SceneApp {
 #[derive(Component)]
 struct Distances([f32; 2]);
 
-/// Moves an object along its way, again and again from its start.
+/// Moves an object along its drive. At the end, it starts again.
 #[derive(Component)]
 struct Drives {
     from: Vec3,
@@ -124,7 +124,7 @@ impl SceneApp {
         app
     }
 
-    /// Starts or stops to draw.
+    /// Activates or deactivates the camera.
     ///
     /// # Panics
     /// If the camera was despawned.

@@ -105,7 +105,7 @@ fn box_around(prop: &Prop) -> Mesh {
     cuboid.translated_by((low + high) * 0.5)
 }
 
-/// A mesh with texture coordinates, and without other attributes than the renderer uses.
+/// A mesh with positions, normals and texture coordinates only.
 pub(super) fn source_mesh(source: &SourceMesh) -> Mesh {
     let indices = &source.indices;
     to_mesh(

@@ -34,8 +34,8 @@ pub struct Scene {
     ends_in_box: bool,
     /// The camera after a number of metres.
     path: fn(f32) -> Transform,
-    /// Multiplies the distances of hand-made levels. With it, `whole_frame` finds the same image error as with the
-    /// plugin at 1 px.
+    /// Multiplies the distances of hand-made levels, so that their image error equals that of the plugin at 1 px. It is
+    /// measured by the bench `whole_frame`.
     pub range_scale: f32,
     levels: OnceLock<Vec<PropLevels>>,
     /// Keeps bakes for all apps of the process.
@@ -77,7 +77,7 @@ struct Block {
 struct Place {
     prop: usize,
     at: Transform,
-    /// The way that it drives again and again, if it moves.
+    /// The displacement of a car along its drive, which starts again at the end.
     way: Option<Vec3>,
 }
 

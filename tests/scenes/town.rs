@@ -53,7 +53,7 @@ pub(super) fn town(entities: usize) -> Scene {
     }
     let places = blocks.iter().flat_map(|block| &block.places);
     let used: usize = places.map(|place| props[place.prop].entities()).sum();
-    // The root and the blocks are entities too. Fences make up the number.
+    // The root and the blocks are entities too. The remaining entities are fences.
     for index in 0..entities.saturating_sub(used + 1 + count) {
         let place = fence_place(&kinds, &mut random, index / count);
         blocks[index % count].places.push(place);

@@ -29,7 +29,7 @@ fn levels(hierarchy: &Hierarchy) -> Vec<Vec<[u32; 3]>> {
 const SIDE: usize = 96;
 
 /// View directions that the bake does not use, enough of them for levels of few triangles.
-fn axes() -> [Vec3; 64] {
+fn axes() -> [Vec3; 24] {
     let mut random = Random::new(77);
     std::array::from_fn(|_| random.vector().normalize())
 }
@@ -97,11 +97,9 @@ fn levels_of_plants_keep_their_covered_area() {
         let hierarchy = bake(&mesh);
         let levels = levels(&hierarchy);
         let source = covered(&hierarchy, &levels[0], |_| true);
-        for triangles in &levels {
+        for triangles in levels.iter().filter(|triangles| triangles.len() > 100) {
             let share = covered(&hierarchy, triangles, |_| true) / source;
-            if triangles.len() > 100 {
-                assert!((0.95..1.05).contains(&share), "{name}: {share}");
-            }
+            assert!((0.95..1.05).contains(&share), "{name}: {share}");
         }
     }
 }
@@ -123,7 +121,7 @@ const TEXTURES: [(&str, fn(Vec2) -> bool); 3] = [
 #[test]
 fn levels_keep_the_opaque_area_of_textured_leaves() {
     for (name, is_opaque) in TEXTURES {
-        for count in [300, 3_000] {
+        for count in [300, 1_000] {
             let mesh = SourceMesh {
                 surface: Some(Arc::new(fixtures::cut_out(is_opaque))),
                 ..fixtures::cards(count, 3)
@@ -131,13 +129,11 @@ fn levels_keep_the_opaque_area_of_textured_leaves() {
             let hierarchy = bake(&mesh);
             let levels = levels(&hierarchy);
             let source = covered(&hierarchy, &levels[0], is_opaque);
-            for triangles in &levels {
+            // Fewer triangles cannot cover a sparse crown within the bounding box of the source.
+            for triangles in levels.iter().filter(|triangles| triangles.len() > 100) {
                 let share = covered(&hierarchy, triangles, is_opaque) / source;
-                // Fewer triangles cannot cover a sparse crown within the bounding box of the source.
-                if triangles.len() > 100 {
-                    let is_kept = (0.95..1.03).contains(&share);
-                    assert!(is_kept, "{count} of {name}: {share}");
-                }
+                let is_kept = (0.95..1.03).contains(&share);
+                assert!(is_kept, "{count} of {name}: {share}");
             }
         }
     }

@@ -61,7 +61,7 @@ fn by_level(hierarchy: &Hierarchy, values: impl Iterator<Item = f64>) -> Vec<f64
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 10, failure_persistence: None, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
 
     /// With one group per level, every sample belongs to that group.
     #[test]

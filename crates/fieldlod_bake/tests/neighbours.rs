@@ -123,9 +123,11 @@ fn joined_primitives_have_no_cracks_at_any_error() {
         let is_closed = border(&whole.positions, whole.indices.as_chunks::<3>().0).is_empty();
         for baked in [of_file.collect::<Vec<_>>(), together.collect()] {
             let errors = baked.iter().flat_map(|part| &part.groups);
-            let errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
+            let mut errors: Vec<f32> = errors.map(|group| group.error_in_local).collect();
             assert!(errors.len() > groups);
-            for error in errors.into_iter().filter(|error| *error < largest_error) {
+            errors.retain(|error| *error < largest_error);
+            errors.sort_by(f32::total_cmp);
+            for &error in errors.iter().step_by(errors.len().div_ceil(12)) {
                 let open = border_at(error, &baked);
                 let is_outside = |edge: &Edge| !is_closed && edge.iter().all(outside);
                 assert!(open.iter().all(is_outside), "at an error of {error}");

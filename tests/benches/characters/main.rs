@@ -27,14 +27,14 @@ const FRAMES: usize = 6;
 /// Meters between neighbours.
 const SPACING: f32 = 2.0;
 
-/// A crowd: the file of the character, how many there are, and their scale.
-struct Order<'a> {
+/// The input of a crowd: the file of its character, the number of characters, and their scale.
+struct CrowdInput<'a> {
     file: &'a str,
     count: u32,
     scale: f32,
 }
 
-impl<'a> Order<'a> {
+impl<'a> CrowdInput<'a> {
     fn of([file, count, scale]: [&'a String; 3]) -> Self {
         Self {
             file,
@@ -48,19 +48,19 @@ fn main() {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let has = |name: &str| args.iter().any(|arg| arg == name);
     let rest: Vec<&String> = args.iter().filter(|arg| !arg.starts_with("--")).collect();
-    let (orders, rest) = rest.as_chunks::<3>();
-    if orders.is_empty() || !rest.is_empty() {
+    let (inputs, rest) = rest.as_chunks::<3>();
+    if inputs.is_empty() || !rest.is_empty() {
         return println!(
             "arguments: a glTF file, a number of characters and a scale for each crowd"
         );
     }
-    let orders: Vec<Order<'_>> = orders.iter().map(|order| Order::of(*order)).collect();
-    let orders_per_scene = if has("--together") { orders.len() } else { 1 };
-    for orders in orders.chunks(orders_per_scene) {
-        for Order { file, count, .. } in orders {
+    let inputs: Vec<CrowdInput<'_>> = inputs.iter().map(|input| CrowdInput::of(*input)).collect();
+    let inputs_per_scene = if has("--together") { inputs.len() } else { 1 };
+    for inputs in inputs.chunks(inputs_per_scene) {
+        for CrowdInput { file, count, .. } in inputs {
             println!("{count} of {file}, a sun");
         }
-        let crowd = |has_levels| Crowd::new(orders, has_levels, has("--adapter"));
+        let crowd = |has_levels| Crowd::new(inputs, has_levels, has("--adapter"));
         let methods = [("full detail", false), ("AutoLod", true)];
         print_times(&mut methods.map(|(name, has_levels)| (name, crowd(has_levels))));
     }
@@ -74,7 +74,7 @@ struct Crowd {
 }
 
 impl Crowd {
-    fn new(orders: &[Order<'_>], has_levels: bool, executes_commands: bool) -> Self {
+    fn new(inputs: &[CrowdInput<'_>], has_levels: bool, executes_commands: bool) -> Self {
         let plugins = stage::plugins().set(AssetPlugin {
             unapproved_path_mode: UnapprovedPathMode::Allow,
             ..default()
@@ -111,26 +111,26 @@ impl Crowd {
             eye,
             executes_commands,
         };
-        for (row, order) in orders.iter().enumerate() {
-            crowd.spawn(order, row, has_levels);
+        for (row, input) in inputs.iter().enumerate() {
+            crowd.spawn(input, row, has_levels);
         }
-        crowd.load(orders.iter().map(|order| order.count).sum(), has_levels);
+        crowd.load(inputs.iter().map(|input| input.count).sum(), has_levels);
         crowd
     }
 
     /// Spawns a crowd in a square. Further crowds stand between the characters of the first.
-    fn spawn(&mut self, order: &Order<'_>, row: usize, has_levels: bool) {
-        let file = Path::new(order.file).canonicalize().expect("a file");
+    fn spawn(&mut self, input: &CrowdInput<'_>, row: usize, has_levels: bool) {
+        let file = Path::new(input.file).canonicalize().expect("a file");
         let world = self.stage.app.world_mut();
         let assets = world.resource::<AssetServer>();
         let clip = assets.load(GltfAssetLabel::Animation(0).from_asset(file.clone()));
         let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
-        let columns = (order.count as f32).sqrt().ceil() as u32;
+        let columns = (input.count as f32).sqrt().ceil() as u32;
         let shift = row as f32 * 0.4;
-        for index in 0..order.count {
+        for index in 0..input.count {
             let [x, z] = [index % columns, index / columns].map(|at| at as f32 * SPACING + shift);
             let place = Transform::from_xyz(x - columns as f32, 0.0, -z)
-                .with_scale(Vec3::splat(order.scale));
+                .with_scale(Vec3::splat(input.scale));
             let mut root = world.spawn((WorldAssetRoot(scene.clone()), Clip(clip.clone()), place));
             if has_levels {
                 root.insert(AutoLod::default());
@@ -170,7 +170,7 @@ impl Crowd {
 #[derive(Component)]
 struct Clip(Handle<AnimationClip>);
 
-/// Plays the clip on each new character, each at its own time.
+/// Plays the clip on each new character. Each starts at another time of the clip.
 fn play_clips(
     mut commands: Commands,
     clips: Query<&Clip>,

@@ -27,8 +27,9 @@ use fieldlod_tests::frame_times::median;
 use fieldlod_tests::scenes::{Method, Scene, SceneApp};
 use fieldlod_tests::stage::Stage;
 
+/// Kinds of start.
 const WAYS: [&str; 4] = ["Bevy alone", "first start", "second start", "baked ahead"];
-/// Environment variables of a measuring process: its way, and the folder of the cache and of the baked file.
+/// Environment variables of a measuring process: one of [`WAYS`], and the folder of the cache and of the baked file.
 const WAY: &str = "FIELDLOD_WAY";
 const FOLDER: &str = "FIELDLOD_FOLDER";
 const BAKED: &str = "scene.fieldlod";

@@ -57,7 +57,7 @@ fn main() {
     }
 }
 
-/// The measurement behind the thresholds of `FieldLodAppConfig` between the kinds of levels.
+/// Measures the kinds of levels. The thresholds in `FieldLodAppConfig` between kinds come from this measurement.
 fn compare_kinds() {
     for (count, subdivisions) in [
         (10_000, 1),

@@ -9,7 +9,9 @@ use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_hierarchy::{BakedFile, FileError};
 
-use crate::headless::{add, app, logged, origins, progress, ready, rock, run_until, spawn_object};
+use crate::headless::{
+    add, app, logged, minimal_app, origins, progress, ready, rock, run_until, spawn_object,
+};
 
 /// The source of the levels of a rock in an app with this cache.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
@@ -137,7 +139,7 @@ fn disabled_bake_reads_cache_only() {
 fn unused_levels_are_dropped_if_cached() {
     let folder = tempfile::tempdir().unwrap();
     for is_cached in [true, false] {
-        let mut app = app();
+        let mut app = minimal_app();
         let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
         config.cache_folder = is_cached.then(|| folder.path().into());
         app.update();

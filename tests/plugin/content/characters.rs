@@ -104,7 +104,7 @@ impl Show {
 #[test]
 fn parts_change_level_together() {
     let mut show = Show::new(tube(), 1.0);
-    // Small parts must not stay behind.
+    // Parts with few triangles have levels too.
     let mut config = show.app.world_mut().resource_mut::<FieldLodAppConfig>();
     config.plain_below_triangles = u32::MAX;
     let root = show.spawn(AutoLod::default());

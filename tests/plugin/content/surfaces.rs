@@ -72,6 +72,7 @@ fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
     })
 }
 
+/// The cache entry of cards with [`needles`].
 fn known(width: u32) -> Vec<u8> {
     let color = Vec4::new(0.5, 1.0, 1.0, 1.0);
     let plain = Surface::new(color, SurfaceAlpha::Mask { cutoff: 0.5 });

@@ -5,11 +5,10 @@ use std::collections::HashSet;
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
-use fieldlod_tests::apps::finish;
 
 use crate::headless::{
-    add, app, before_a_camera, entity_count, ready, rock, run_until, spawn_camera, spawn_rock,
-    unfinished, units, visible,
+    add, app, app_with, before_a_camera, entity_count, ready, rock, run_until, spawn_camera,
+    spawn_rock, units, visible,
 };
 
 /// Whether all objects and units are despawned in the next frame.
@@ -32,13 +31,11 @@ fn despawn_in_any_phase_does_not_panic() {
     use FieldLodSystems::{Filter, Prepare, Select, Track};
     for phase in [Track, Prepare, Select, Filter] {
         for frames in 0..2 {
-            let mut app = unfinished(AssetPlugin::default());
+            let mut app = app_with(FieldLodTexturePlugin);
             // The commands of both are applied together, the despawns first.
             let despawn_all = despawn_all.before_ignore_deferred(phase);
             app.init_resource::<Doomed>()
-                .add_plugins(FieldLodTexturePlugin)
                 .add_systems(PostUpdate, despawn_all);
-            finish(&mut app);
             let mesh = add(&mut app, Sphere::new(1.0).mesh().uv(64, 32));
             let known = Mesh3d(mesh);
             app.world_mut().spawn((known.clone(), AutoLod::default()));

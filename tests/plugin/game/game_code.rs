@@ -52,7 +52,7 @@ impl FarProp {
     }
 }
 
-/// Checks that `look` returns the same with levels as without. Returns it.
+/// Calls `look` with levels and without, checks that the results are equal, and returns one.
 fn as_in_stock_bevy<T: PartialEq + Debug>(look: impl Fn(&mut FarProp) -> T) -> T {
     let [seen, stock] = [true, false].map(|has_levels| look(&mut FarProp::new(has_levels)));
     assert_eq!(seen, stock);

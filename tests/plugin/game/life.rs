@@ -102,7 +102,7 @@ fn edited_source_leaves_no_hole() {
         let id = app.world().get::<Mesh3d>(object).unwrap().id();
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
         meshes.insert(id, rock(subdivisions, 1)).unwrap();
-        // The camera needs units that are not there yet, in the frame of the edit.
+        // In the frame of the edit, the camera needs units that are not spawned yet.
         move_camera(&mut app, camera, 3.0);
         for frame in 0..4 {
             assert_eq!(visible(&app, camera), [object], "{frame}");

@@ -4,7 +4,7 @@ use fieldlod_tests::soak::Soak;
 
 #[test]
 fn random_world_is_drawn_whole() {
-    for seed in [1, 2, 3] {
+    for seed in [1, 2] {
         let mut soak = Soak::new(seed);
         let before = soak.counts();
         soak.fill();

@@ -3,12 +3,9 @@
 use std::time::Duration;
 
 use bevy::animation::{AnimatedBy, AnimationTargetId, animated_field};
-use bevy::asset::AssetPlugin;
-use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::{NoFrustumCulling, VisibilityRange};
 use bevy::diagnostic::{Diagnostic, DiagnosticPath, DiagnosticsStore};
 use bevy::ecs::component::Mutable;
-use bevy::mesh::MeshPlugin;
 use bevy::pbr::wireframe::Wireframe;
 use bevy::pbr::{ExtendedMaterial, Lightmap, Material, MaterialExtension, MaterialPlugin};
 use bevy::prelude::*;
@@ -17,11 +14,10 @@ use bevy::render::render_resource::AsBindGroup;
 use bevy::time::TimeUpdateStrategy;
 use bevy_fieldlod::diagnostics;
 use bevy_fieldlod::prelude::*;
-use fieldlod_tests::apps::finish;
 
 use crate::headless::{
-    add, app, before_a_camera, entity_count, insert, move_camera, progress, ready, rock,
-    spawn_camera, spawn_rock, stats, unfinished, units, visible,
+    add, app, app_with, before_a_camera, entity_count, insert, minimal_app, move_camera, progress,
+    ready, rock, spawn_camera, spawn_rock, stats, units, visible,
 };
 
 /// A custom material.
@@ -41,9 +37,7 @@ fn inherits<M: Material + Default>()
 where
     M::Data: PartialEq + Eq + std::hash::Hash + Clone,
 {
-    let mut app = unfinished(AssetPlugin::default());
-    app.add_plugins(MaterialPlugin::<M>::default());
-    finish(&mut app);
+    let mut app = app_with(MaterialPlugin::<M>::default());
     let camera = spawn_camera(&mut app, 3.0);
     let rock = spawn_rock(&mut app, 5);
     ready(&mut app, 1);
@@ -318,17 +312,7 @@ fn reparented_entities_gain_and_lose_levels() {
 
 #[test]
 fn headless_app_prepares_meshes() {
-    let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        AssetPlugin::default(),
-        TransformPlugin,
-        MeshPlugin,
-        CameraPlugin,
-        FieldLodPlugin,
-    ));
-    app.finish();
-    app.cleanup();
+    let mut app = minimal_app();
     let mesh = add(&mut app, rock(5, 1));
     app.world_mut().spawn((Mesh3d(mesh), AutoLod::default()));
     // Without a projection, the camera draws full detail.

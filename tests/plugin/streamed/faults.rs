@@ -15,7 +15,7 @@ use crate::headless::{failures, logged_times, move_camera, ready, run_until};
 /// Runs frames until `count` reads have failed, and some more.
 fn run_until_failed(app: &mut App, camera: Entity, count: u64) {
     run_until(app, "pages fail", |app| memory(app).failures >= count);
-    for _ in 0..100 {
+    for _ in 0..30 {
         app.update();
         assert_no_hole(app, camera);
         std::thread::sleep(std::time::Duration::from_millis(1));
@@ -65,7 +65,7 @@ fn corrupt_first_page_fails_its_mesh_only() {
     spawn(&mut app, "coarsest.fieldpages", 1);
     ready(&mut app, 1);
     run_until_sharp(&mut app);
-    assert_no_hole(&app, camera);
+    assert_no_hole(&mut app, camera);
     let file = "shelf://coarsest.fieldpages";
     let failures = failures(&app);
     let unreadable = LodError::Unreadable {
@@ -137,7 +137,7 @@ fn replaced_file_is_never_mixed() {
     run_until(&mut app, "the other is drawn", |app| {
         drawn(app, camera) == expected
     });
-    assert_no_hole(&app, camera);
+    assert_no_hole(&mut app, camera);
 }
 
 #[test]
@@ -145,14 +145,15 @@ fn stalled_reader_blocks_no_frame() {
     let (shelf, mut app, camera) = one_rock("slow.fieldpages", ROOMY);
     shelf.stall(true);
     let coarse = drawn(&app, camera);
-    let start = std::time::Instant::now();
+    let mut frames = 0;
     let file = "shelf://slow.fieldpages";
     move_camera(&mut app, camera, 2.5);
     run_until(&mut app, "the log has it", |app| {
         assert_no_hole(app, camera);
+        frames += 1;
         logged_times(Level::WARN, &[file, "could not read page"]) > 0
     });
-    assert!(start.elapsed().as_secs() < 20, "frames wait for the reader");
+    assert!(frames > 10, "{frames} frames while the reader blocks");
     for _ in 0..50 {
         app.update();
     }
@@ -173,7 +174,7 @@ fn coarsest_levels_exceed_tiny_budget() {
     let (_, mut app, camera) = one_rock("tiny.fieldpages", tiny);
     for _ in 0..50 {
         app.update();
-        assert_no_hole(&app, camera);
+        assert_no_hole(&mut app, camera);
     }
     assert_eq!(memory(&app).loaded_pages, 1);
     assert!(!drawn(&app, camera).is_empty());

@@ -36,7 +36,7 @@ fn scene_streams_meshes_named_in_extras() {
     let root = app.world_mut().spawn((WorldAssetRoot(scene), finer)).id();
     ready(&mut app, 1);
     run_until_sharp(&mut app);
-    assert_no_hole(&app, camera);
+    assert_no_hole(&mut app, camera);
     assert!(memory(&app).loaded_pages > 3);
     assert_eq!(stats(&app, camera).triangles_full, 81_920);
     let mut meshes = app.world_mut().query::<(Entity, &LodMesh3d)>();

@@ -38,7 +38,7 @@ impl Shelf {
         self.0.files.lock().unwrap().remove(name);
     }
 
-    /// Blocks reads, or ends that.
+    /// Blocks or unblocks reads.
     pub(super) fn stall(&self, stalls: bool) {
         self.0.stalls.store(stalls, Ordering::Release);
     }

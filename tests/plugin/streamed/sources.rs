@@ -39,7 +39,7 @@ fn asset_folder_file_is_read_in_parts() {
     shelf.put("of-folder.fieldpages", PAGES.clone());
     let (mut app, camera) = rock_in(folder.path(), "of-folder.fieldpages", &shelf);
     assert_eq!(drawn(&app, camera), drawn(&other, its_camera));
-    assert_no_hole(&app, camera);
+    assert_no_hole(&mut app, camera);
     // The plugin compares the ends of both files.
     assert_eq!(shelf.bytes_read(), 64);
     // A truncated file is logged, and drawn again once it is whole.

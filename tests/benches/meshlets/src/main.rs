@@ -2,9 +2,8 @@
 //!
 //! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a
 //! program of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols.
-//! The rocks, the camera and the sun are of the kind of the scene `boulders` of the bench `whole_frame`, so that the
-//! times and the image errors, as shares of those at full detail, can be compared. The exit code is 2 if the adapter
-//! cannot run meshlets.
+//! The rocks, the camera and the sun resemble those of the scene `boulders` of the bench `whole_frame`. Times and image
+//! errors can be compared as shares of those at full detail. The exit code is 2 if the adapter cannot run meshlets.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};

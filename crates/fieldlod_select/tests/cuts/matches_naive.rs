@@ -3,7 +3,7 @@
 use fieldlod_select::{Cut, InstanceView, LodSettings, group_error_px, naive, select, select_with};
 use proptest::prelude::*;
 
-use crate::scenes::{any_placement, any_view, hierarchies};
+use crate::common::{HIERARCHIES, any_placement, any_view, hierarchies};
 
 /// Any number at all.
 fn any_error() -> impl Strategy<Value = f32> {
@@ -17,11 +17,11 @@ fn any_error() -> impl Strategy<Value = f32> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_criterion_equals_naive(
-        which in 0usize..4,
+        which in 0usize..HIERARCHIES,
         errors in prop::collection::vec(any_error(), 64),
         next_errors in prop::collection::vec(any_error(), 64),
         error_px in prop_oneof![Just(0.0f32), 0.01f32..10.0],
@@ -44,7 +44,7 @@ proptest! {
     }
 
     #[test]
-    fn any_view_equals_naive(which in 0usize..4, view in any_view(), placement in any_placement(), error_px in 0.05f32..20.0) {
+    fn any_view_equals_naive(which in 0usize..HIERARCHIES, view in any_view(), placement in any_placement(), error_px in 0.05f32..20.0) {
         let hierarchy = &hierarchies()[which];
         let settings = LodSettings::with_error_px(error_px);
         let mut cut = Cut::default();

@@ -1,9 +1,9 @@
 //! Views with a known result.
 
-use fieldlod_select::{AdvancedSettings, Cut, LodSettings, View, select};
-use glam::{Affine3A, Mat4, Quat, Vec2, Vec3};
+use fieldlod_select::{Cut, LodSettings, View, select};
+use glam::{Affine3A, Quat, Vec3};
 
-use crate::scenes::{camera, hierarchies, view};
+use crate::common::{hierarchies, look, orthographic, perspective, with_advanced};
 
 fn triangles(view: &View, placement: &Affine3A, error_px: f32) -> u64 {
     let mut cut = Cut::default();
@@ -23,7 +23,7 @@ fn triangles_from(view: &View) -> u64 {
 
 fn coarsest() -> u64 {
     triangles(
-        &view(1.0, Vec3::Z * 1e6, Vec3::ZERO),
+        &look(perspective(1.0), Vec3::Z * 1e6, Vec3::ZERO),
         &Affine3A::IDENTITY,
         1.0,
     )
@@ -33,7 +33,7 @@ fn coarsest() -> u64 {
 fn farther_is_coarser() {
     let counts: Vec<u64> = [1.5, 3.0, 6.0, 12.0, 50.0, 1000.0]
         .iter()
-        .map(|&distance| triangles_from(&view(1.0, Vec3::Z * distance, Vec3::ZERO)))
+        .map(|&distance| triangles_from(&look(perspective(1.0), Vec3::Z * distance, Vec3::ZERO)))
         .collect();
     assert!(counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
     assert!(counts[0] > 10 * counts[5], "{counts:?}");
@@ -41,14 +41,14 @@ fn farther_is_coarser() {
 
 #[test]
 fn zooming_in_refines() {
-    let wide = triangles_from(&view(1.2, Vec3::Z * 20.0, Vec3::ZERO));
-    let narrow = triangles_from(&view(0.1, Vec3::Z * 20.0, Vec3::ZERO));
+    let wide = triangles_from(&look(perspective(1.2), Vec3::Z * 20.0, Vec3::ZERO));
+    let narrow = triangles_from(&look(perspective(0.1), Vec3::Z * 20.0, Vec3::ZERO));
     assert!(narrow > 3 * wide, "{narrow} {wide}");
 }
 
 #[test]
 fn larger_instance_is_finer() {
-    let view = view(1.0, Vec3::Z * 20.0, Vec3::ZERO);
+    let view = look(perspective(1.0), Vec3::Z * 20.0, Vec3::ZERO);
     // At 1 px the large instance has full detail.
     let small = triangles(&view, &Affine3A::IDENTITY, 2.0);
     let large = triangles(&view, &Affine3A::from_scale(Vec3::splat(6.0)), 2.0);
@@ -59,26 +59,29 @@ fn larger_instance_is_finer() {
 fn object_behind_or_beside_camera_is_coarsest() {
     let eye = Vec3::Z * 3.0;
     for target in [Vec3::Z * 9.0, eye + Vec3::X, eye + Vec3::Y - Vec3::Z * 0.1] {
-        let away = View::new(camera(0.6), &look(eye, target));
+        let away = look(perspective(0.6), eye, target);
         assert_eq!(triangles_from(&away), coarsest(), "{target}");
     }
 }
 
 #[test]
 fn surface_around_camera_is_fine() {
-    let inside = View::new(camera(1.0), &look(Vec3::new(0.0, 0.0, 0.9), Vec3::Z * 2.0));
+    let inside = look(perspective(1.0), Vec3::Z * 0.9, Vec3::Z * 2.0);
     assert!(triangles_from(&inside) > 2 * coarsest());
 }
 
 #[test]
 fn cut_is_independent_of_turn_and_origin() {
     let turn = Affine3A::from_quat(Quat::from_rotation_y(1.0));
-    let straight = triangles_from(&view(1.0, Vec3::Z * 5.0, Vec3::ZERO));
+    let straight = triangles_from(&look(perspective(1.0), Vec3::Z * 5.0, Vec3::ZERO));
     let eye = turn.transform_point3(Vec3::Z * 5.0);
-    assert_eq!(triangles(&view(1.0, eye, Vec3::ZERO), &turn, 1.0), straight);
+    assert_eq!(
+        triangles(&look(perspective(1.0), eye, Vec3::ZERO), &turn, 1.0),
+        straight
+    );
     let shift = Vec3::new(1e5, 0.0, -2e5);
     let moved = triangles(
-        &view(1.0, eye + shift, shift),
+        &look(perspective(1.0), eye + shift, shift),
         &(Affine3A::from_translation(shift) * turn),
         1.0,
     );
@@ -88,11 +91,7 @@ fn cut_is_independent_of_turn_and_origin() {
 
 #[test]
 fn orthographic_cut_is_independent_of_distance() {
-    let projection = Mat4::orthographic_rh(-4.0, 4.0, -3.0, 3.0, 1000.0, 0.0);
-    let ortho =
-        camera_field::Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap();
-    let at =
-        |distance: f32| triangles_from(&View::new(ortho, &look(Vec3::Z * distance, Vec3::ZERO)));
+    let at = |distance: f32| triangles_from(&look(orthographic(), Vec3::Z * distance, Vec3::ZERO));
     assert_eq!(at(3.0), at(900.0));
     assert!(at(3.0) > coarsest());
 }
@@ -100,7 +99,7 @@ fn orthographic_cut_is_independent_of_distance() {
 #[test]
 fn pose_of_nan_draws_full_detail() {
     let nowhere = View::new(
-        camera(1.0),
+        perspective(1.0),
         &Affine3A::from_translation(Vec3::splat(f32::NAN)),
     );
     let source = hierarchies()[0].source_triangle_count();
@@ -110,19 +109,13 @@ fn pose_of_nan_draws_full_detail() {
 /// How often the cut of a camera that shakes by 0.2 % around `distance` changes in 60 frames.
 fn flips(distance: f32, hysteresis: f32) -> usize {
     let hierarchy = &hierarchies()[0];
-    let settings = LodSettings {
-        advanced: AdvancedSettings {
-            hysteresis,
-            ..AdvancedSettings::default()
-        },
-        ..LodSettings::default()
-    };
+    let settings = with_advanced(|advanced| advanced.hysteresis = hysteresis);
     let mut cut = Cut::default();
     let mut last: Option<Cut> = None;
     let mut flips = 0;
     for frame in 0..60 {
         let shake = if frame % 2 == 0 { 1.0 } else { 1.002 };
-        let view = view(1.0, Vec3::Z * (distance * shake), Vec3::ZERO);
+        let view = look(perspective(1.0), Vec3::Z * (distance * shake), Vec3::ZERO);
         select(hierarchy, &Affine3A::IDENTITY, &view, &settings, &mut cut);
         flips += usize::from(frame > 1 && last.as_ref() != Some(&cut));
         last = Some(cut.clone());
@@ -141,8 +134,4 @@ fn hysteresis_holds_cut_of_shaking_camera() {
     };
     assert!(flips_of(1.0) > 0, "no distance is at a threshold");
     assert_eq!(flips_of(0.8), 0);
-}
-
-fn look(eye: Vec3, target: Vec3) -> Affine3A {
-    Affine3A::from_mat4(Mat4::look_at_rh(eye, target, Vec3::new(0.1, 1.0, 0.0)).inverse())
 }

@@ -12,7 +12,7 @@ use super::image_plane::ImagePlane;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
     in_camera: Vec3,
-    /// Texel coordinates and nearness, if the corner is before the camera.
+    /// Texel coordinates and nearness, if the corner is in front of the camera.
     in_image: Vec3,
     is_in_guard_band: bool,
 }

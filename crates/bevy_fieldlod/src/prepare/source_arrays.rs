@@ -120,6 +120,7 @@ impl SourceArrays {
                 uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
             }
         }
+        // NaN without area.
         let ratio = (uv_area / area) as f32;
         if ratio.is_finite() { ratio } else { 0.0 }
     }
@@ -178,7 +179,7 @@ impl SourceArrays {
         // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
         let mut known: HashMap<[bool; 5], (Cow<Vertices>, SourceHash)> = HashMap::default();
         let of_mesh = attributes(&self.vertices);
-        // Trees may share a trunk with different levels for each tree.
+        // Equal primitives, such as the trunk of two trees, may have different levels: the one at the same place is first.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
@@ -192,6 +193,7 @@ impl SourceArrays {
                 let hash = self.rig.add_to(vertices.source_hash(&self.indices));
                 (vertices, hash)
             });
+            // A matching file may still lack an attribute; another of its hierarchies may not.
             if hierarchy.source == *hash {
                 match self.complete(hierarchy, vertices, file) {
                     Ok(complete) => return Ok(complete),

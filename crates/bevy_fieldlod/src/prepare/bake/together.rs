@@ -87,6 +87,7 @@ impl AllTogether {
         candidates: &Candidates<'_>,
         surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotYet>,
     ) -> Result<Option<Member>, NotYet> {
+        // The mesh may have left its last group, because the group or the configuration has changed.
         self.others_of.remove(&mesh);
         let is_expected =
             |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
@@ -150,15 +151,18 @@ impl Candidates<'_> {
                 primitive,
             };
             let path = path.clone().with_label(label.to_string());
+            // The loader numbers primitives without gaps.
             let Some(handle) = self.assets.get_handle::<Mesh>(path) else {
                 break;
             };
+            // A plant has fewer primitives.
             if primitive == MOST_TOGETHER {
                 return None;
             }
             let Some(mesh) = self.meshes.get(&handle) else {
                 continue;
             };
+            // Characters are baked from their file.
             if is_rigged(mesh) {
                 continue;
             }

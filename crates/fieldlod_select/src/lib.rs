@@ -1,7 +1,8 @@
 //! Headless, deterministic level-of-detail selection: (hierarchy, view, settings) → cut.
 //!
 //! A [hierarchy](fieldlod_hierarchy::Hierarchy) comes from a `.fieldlod` file or from `fieldlod_bake`. Its *groups* of
-//! triangles are simplified step by step. The triangles between two groups are a *unit*, which is drawn as a whole.
+//! triangles are simplified step by step. The triangles that one group produces and another simplifies are a *unit*,
+//! which is drawn as a whole.
 //!
 //! A game server, a test or an engine other than Bevy calls [`select`] once per instance and view,
 //! and draws the units of the [`Cut`]. A [`Scene`] and one [`Selector`] per view give the same cuts

@@ -298,8 +298,8 @@ impl Scene {
 
     /// Orders new instances and updates the bounds of the scene.
     pub fn update(&mut self) {
-        // Instances that were removed before their first update.
         let mut unplaced = std::mem::take(&mut self.unplaced);
+        // An instance may be removed before its first update.
         unplaced.retain(|&index| self.instances[index as usize].mesh.is_some());
         sort_along_curve(&mut unplaced, |index| {
             self.instances[index as usize].sphere.center

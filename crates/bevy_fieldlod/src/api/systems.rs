@@ -19,7 +19,7 @@ pub enum FieldLodSystems {
     Inherit,
     /// Selects the cut of each view, after cameras and transforms are final and before Bevy's culling.
     Select,
-    /// Queues the levels of whole meshes that their views need for the render world.
+    /// Queues, for the render world, the level of each whole mesh that its views need.
     Swap,
     /// Spawns units that a view draws, and despawns units that no view has drawn for a while.
     Spawn,

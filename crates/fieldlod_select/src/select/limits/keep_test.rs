@@ -289,13 +289,13 @@ impl LensTest {
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.inside_by(width, &sighted);
         let stays_inside = reach < inside_by;
-        // Outside of both views, errors count as on the axis.
         // Within half of the gap to the instance, no group reaches the camera.
         let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
         let reached = Sighted {
             radius: reach,
             ..sighted
         };
+        // Outside of both views, errors count as on the axis.
         let stays_outside = self.on_axis.is_some()
             && is_apart
             && self.is_outside(0, &reached)
@@ -340,11 +340,11 @@ impl LensTest {
     fn inside_by(&self, width: usize, sighted: &Sighted) -> f32 {
         let inside_by = self.sides[width].least_inside(sighted.seen);
         // The sides of a perspective view meet at the eye; behind it, their signs are reversed.
-        let before = smaller(inside_by, sighted.seen.z);
+        let in_front_by = smaller(inside_by, sighted.seen.z);
         if self.is_orthographic {
             inside_by
         } else {
-            before
+            in_front_by
         }
     }
 

@@ -116,8 +116,8 @@ fn track_objects(
             }
             continue;
         }
-        // The levels are removed, and requested again.
-        // Until it has levels again, the entity draws its source, which may not be on the GPU.
+        // The levels are removed, and requested again. Until then, the entity draws its source, which may not be on the
+        // GPU.
         sources.note_user(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodWaiting)>();

@@ -29,8 +29,8 @@
 //!    `Cargo.toml`, as for Bevy itself.
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
 //! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work. Ship the assets that
-//!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb`; the plugin finds
-//!    `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
+//!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb` of the crate
+//!    `fieldlod_cli`; the plugin finds `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
 //!
 //! Coming from hand-made levels: [`guide::migration`]. Limits: [`guide::compatibility`].
 //!
@@ -51,6 +51,12 @@
 //!
 //! Errors are measured in pixels by the camera-sampling field (Lin and Lee, 2004). It accounts for field of view,
 //! resolution, scale and position in the image.
+//!
+//! # Opt-in
+//! - [`FieldLodVisibleFlux`] on a camera: hidden objects are drawn coarser.
+//! - [`LodMesh3d`] with a `.fieldpages` file: a world that is larger than the memory is read in parts.
+//! - [`FieldLodTexturePlugin`]: the mip levels that views need, for a texture streamer of the game.
+//! - [`LodLevels`]: the levels that cameras draw, for example to animate distant characters less often.
 //!
 //! # Names
 //! Names with `FieldLod` belong to a camera or the whole app: plugins, resources, messages, and the components of

@@ -31,9 +31,10 @@ fn main() {
         let rock = fieldlod_bake::fixtures::rock(detail, 1);
         fieldlod_bake::bake_mesh(&rock, &config).unwrap()
     };
-    let levels = match has("clusters") {
-        true => bake(6),
-        false => bake(4).whole_mesh_levels().unwrap(),
+    let levels = if has("clusters") {
+        bake(6)
+    } else {
+        bake(4).whole_mesh_levels().unwrap()
     };
     if sizes.is_empty() {
         sizes.extend([1_000, 10_000, 100_000]);
@@ -182,9 +183,10 @@ impl Path {
         LodSettings {
             advanced: AdvancedSettings {
                 offscreen_margin: 0.1,
-                offscreen: match self.has_sun {
-                    true => Offscreen::OnAxis { bias: 0.3 },
-                    false => Offscreen::Coarsest,
+                offscreen: if self.has_sun {
+                    Offscreen::OnAxis { bias: 0.3 }
+                } else {
+                    Offscreen::Coarsest
                 },
                 ..AdvancedSettings::default()
             },

@@ -83,6 +83,10 @@ pub fn group_error_px(
 
 /// [`group_error_px`] of a group with a visible share, as a [`Selector`](crate::Selector) compares it with
 /// [`LodSettings::visible_flux`]. Displacements are not weighed, since the share is an estimate.
+#[cfg_attr(
+    not(any(test, feature = "test-support")),
+    expect(unreachable_pub, reason = "tests compare with it")
+)]
 #[must_use]
 pub fn visible_error_px(
     group: &Group,

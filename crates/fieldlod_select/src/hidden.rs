@@ -52,7 +52,8 @@ pub struct OcclusionBuffer {
     texels: Texels,
     /// The least nearness of each texel and its two neighbours in the row.
     shrunk_in_rows: Vec<f32>,
-    /// The least nearness of each texel and its eight neighbours.
+    /// The least nearness of each texel and its eight neighbours. A slanted surface is nearer in the next texel: with the
+    /// nearness of the texel alone, it would hide parts of itself.
     shrunk: Vec<f32>,
     /// Reused buffers: instances that may be drawn, and corners of the occluder that is being drawn.
     candidates: Vec<Candidate>,
@@ -106,6 +107,7 @@ impl OcclusionBuffer {
 
     /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic
     /// one, `−∞` without a surface.
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
         &self.texels.nearness

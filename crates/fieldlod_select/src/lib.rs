@@ -1,5 +1,9 @@
 //! Headless, deterministic level-of-detail selection: (hierarchy, view, settings) → cut.
 //!
+//! A [hierarchy](fieldlod_hierarchy::Hierarchy) comes from a `.fieldlod` file or from `fieldlod_bake`. Its *groups* of
+//! triangles are simplified step by step. The triangles that one group produces and another simplifies are a *unit*,
+//! which is drawn as a whole.
+//!
 //! A game server, a test or an engine other than Bevy calls [`select`] once per instance and view,
 //! and draws the units of the [`Cut`]. A [`Scene`] and one [`Selector`] per view give the same cuts
 //! at a fraction of the cost. Selection needs no GPU and no window.
@@ -36,8 +40,8 @@
 //!
 //! # Hidden instances
 //! [`LodSettings::visible_flux`] weighs errors by the visible share of each instance, or of each group of a large
-//! instance. A [`Selector`] estimates the shares with an [`OcclusionBuffer`], a small depth image that it draws when
-//! the view or the scene has changed. An instance that appears is refined in the same frame; an instance that
+//! instance. A [`Selector`] estimates the shares with a small depth image, which it draws on the CPU when the view or
+//! the scene has changed. An instance that appears is refined in the same frame; an instance that
 //! disappears is coarsened some frames later. Displacements are not weighed, since the share is an estimate.
 //!
 //! # Speed
@@ -58,13 +62,22 @@
 //! The same input gives the same cut in debug and release, on every machine. A lint forbids other operations, and
 //! `tests/determinism.rs` compares the hash of a walk.
 //!
+//! # Features
+//! - `bevy_reflect`: reflection of the settings.
+//! - `test-support`: specifications, depth images and single steps, for tests and benches.
+//!
 //! # Out of scope
 //! Morphing between levels; skinned meshes; culling.
 
 mod criterion;
 mod cut;
+#[cfg_attr(
+    not(any(test, feature = "test-support")),
+    expect(unreachable_pub, reason = "tests and benches use the depth image")
+)]
 mod hidden;
 mod lanes;
+#[cfg(any(test, feature = "test-support"))]
 pub mod naive;
 mod scene;
 mod select;
@@ -72,13 +85,17 @@ mod selector;
 mod settings;
 mod view;
 
-pub use criterion::{group_error_px, visible_error_px};
+pub use criterion::group_error_px;
+#[cfg(any(test, feature = "test-support"))]
+pub use criterion::visible_error_px;
 pub use cut::{Cut, select, select_with};
+#[cfg(any(test, feature = "test-support"))]
 pub use hidden::OcclusionBuffer;
 pub use scene::table::GroupTable;
 pub use scene::{InstanceId, MeshId, Scene};
 pub use select::changes::Change;
 pub use select::cuts::Statistics;
+#[cfg(any(test, feature = "test-support"))]
 pub use select::decision::refine;
 pub use select::demand::GroupDemand;
 pub use selector::Selector;

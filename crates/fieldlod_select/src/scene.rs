@@ -258,6 +258,7 @@ impl Scene {
             return;
         };
         self.journal.push(slot);
+        // A mesh without geometry has no occluders.
         let hides = instance.is_occluder && !self.table(mesh).occluders.is_empty();
         let occupant = Occupant {
             id: self.id_of(index),
@@ -285,8 +286,7 @@ impl Scene {
     }
 
     /// The mesh of an instance; `None` if the instance was removed.
-    #[must_use]
-    pub fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
+    pub(crate) fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
         self.get(instance)?.mesh
     }
 
@@ -299,6 +299,7 @@ impl Scene {
     /// Orders new instances and updates the bounds of the scene.
     pub fn update(&mut self) {
         let mut unplaced = std::mem::take(&mut self.unplaced);
+        // An instance may be removed before its first update.
         unplaced.retain(|&index| self.instances[index as usize].mesh.is_some());
         sort_along_curve(&mut unplaced, |index| {
             self.instances[index as usize].sphere.center
@@ -316,12 +317,6 @@ impl Scene {
     /// Whether [`Scene::update`] has been called since the last change.
     pub(crate) fn is_up_to_date(&self) -> bool {
         self.unplaced.is_empty() && self.columns.dirty.is_empty()
-    }
-
-    /// Number of instances.
-    #[must_use]
-    pub fn instance_count(&self) -> usize {
-        self.instances.len() - self.free.len()
     }
 
     /// The slot of an instance; `None` before the next update, and once removed.

@@ -1,6 +1,5 @@
 //! The cut of a whole scene in one view, from frame to frame.
 
-use crate::hidden::OcclusionBuffer;
 use crate::scene::{InstanceId, Scene};
 use crate::select::budget::BudgetSearch;
 use crate::select::changes::Change;
@@ -126,8 +125,9 @@ impl Selector {
     }
 
     /// The depth image of the last selection; `None` without [`LodSettings::visible_flux`].
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
-    pub fn occlusion(&self) -> Option<&OcclusionBuffer> {
+    pub fn occlusion(&self) -> Option<&crate::OcclusionBuffer> {
         let flux = self.last?.settings.visible_flux;
         self.cuts.depth_image.as_ref().filter(|_| flux.is_some())
     }

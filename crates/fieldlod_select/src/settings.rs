@@ -52,7 +52,7 @@ impl Default for VisibleFlux {
 /// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
 /// [`displacement_px`](Self::displacement_px) by its largest displacement. Without thresholds the cut is the
 /// coarsest one. A threshold of 0 accepts groups without error only; a negative threshold accepts no group. NaN accepts
-/// every group if it is the only threshold, and is ignored beside another threshold.
+/// every group if it is the only threshold, and no group beside another threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
@@ -185,7 +185,7 @@ impl LodSettings {
     /// comparison is enough.
     pub(crate) fn error_weights(&self) -> ErrorWeights {
         let displacement_weight = match (self.error_px, self.displacement_px) {
-            // A budget search may make both infinite.
+            // A budget search may make both infinite, and their ratio NaN.
             (Some(error_px), Some(displacement_px)) if error_px == displacement_px => Some(1.0),
             (Some(error_px), Some(displacement_px)) => Some(error_px / displacement_px),
             (None, Some(_)) => Some(1.0),
@@ -229,6 +229,7 @@ impl LodSettings {
         let refine_above_px = self.threshold_px() / (self.resolution_scale * bias);
         Thresholds {
             refine_above_px,
+            // Above 1, a group would be refined and coarsened in turn.
             coarsen_below_px: refine_above_px * self.advanced.hysteresis.min(1.0),
         }
     }

@@ -91,7 +91,7 @@ fn unreachable_budget_is_rarely_searched_and_recovers() {
 }
 
 #[test]
-fn search_ends_for_an_object_of_few_large_groups() {
+fn search_ends_with_few_large_groups() {
     let world = World::new(&[Placed::new(0, Affine3A::IDENTITY)]);
     let view = look(perspective(1.0), Vec3::Z * 3.0, Vec3::ZERO);
     let free = triangles_without_budget(&world, &view);

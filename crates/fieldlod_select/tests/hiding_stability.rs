@@ -137,7 +137,7 @@ fn sway(frame: usize, period: usize) -> f32 {
 
 /// The camera leaves the wall, sways at its corner, and turns fast to the back and, a second later, forward again.
 #[test]
-fn wall_before_a_row() {
+fn row_behind_wall_does_not_flicker() {
     let paths: [fn(usize) -> View; 3] = [
         |frame| ahead(Vec3::X * (frame as f32 * 0.025)),
         |frame| ahead(Vec3::X * (2.5 + sway(frame, 32) * 0.8)),
@@ -156,7 +156,7 @@ fn wall_before_a_row() {
 }
 
 #[test]
-fn door_that_opens() {
+fn row_behind_opening_door_does_not_flicker() {
     let mut stage = Stage::new();
     let half_size = Vec3::new(3.0, 3.0, 0.2);
     let door = stage.put(Vec3::new(0.0, 0.0, -5.0), half_size);
@@ -172,7 +172,7 @@ fn door_that_opens() {
 }
 
 #[test]
-fn walk_along_a_fence() {
+fn row_behind_fence_does_not_flicker() {
     let mut stage = Stage::new();
     for post in 0..40u8 {
         let x = f32::from(post) * 0.5 - 10.0;
@@ -186,7 +186,7 @@ fn walk_along_a_fence() {
 }
 
 #[test]
-fn head_that_bobs_behind_a_ridge() {
+fn row_behind_ridge_does_not_flicker() {
     let mut stage = Stage::new();
     for hill in 0..5u8 {
         let x = (f32::from(hill) - 2.0) * 5.0;
@@ -201,7 +201,7 @@ fn head_that_bobs_behind_a_ridge() {
 }
 
 #[test]
-fn slow_turns_among_walls() {
+fn slow_turns_among_walls_do_not_flicker() {
     let mut stage = Stage::new();
     for index in 0..24u8 {
         let turn = Quat::from_rotation_y(f32::from(index) * 0.2618);
@@ -219,7 +219,7 @@ fn slow_turns_among_walls() {
 }
 
 #[test]
-fn wall_that_is_removed_and_added_again() {
+fn row_behind_removed_wall_does_not_flicker() {
     let mut stage = Stage::new();
     stage.put_row(14.0);
     let mut wall = None;

@@ -31,9 +31,6 @@ fn ids_are_unique_and_indices_are_reused() {
     let second = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
     assert_eq!(first.index(), second.index());
     assert_ne!(first, second);
-    assert_eq!(scene.instance_count(), 1);
-    let meshes = (scene.mesh_of(first), scene.mesh_of(second));
-    assert_eq!(meshes, (None, Some(mesh)));
     // Changes of the first do not reach the second.
     scene.remove(first);
     scene.set_placement(first, Affine3A::from_translation(Vec3::splat(1e6)));
@@ -134,7 +131,7 @@ fn instances_on_other_layers_are_skipped_until_shown() {
 }
 
 #[test]
-fn view_of_nan_refines_all_and_the_next_view_recovers() {
+fn view_of_nan_refines_all_and_recovers() {
     let world = World::new(&[Placed::new(0, Affine3A::IDENTITY)]);
     let settings = without_hysteresis();
     let mut selector = world.select(&one_view(), &settings);
@@ -149,7 +146,7 @@ fn view_of_nan_refines_all_and_the_next_view_recovers() {
 }
 
 #[test]
-fn levels_go_on_after_other_decisions() {
+fn levels_equal_fresh_ones_after_other_settings() {
     let mut world = World::forest(5, 30, 9.0);
     let free = without_hysteresis();
     let flux = VisibleFlux {

@@ -56,7 +56,7 @@ proptest! {
     }
 
     #[test]
-    fn errors_are_not_negative_and_no_less_for_refined_groups(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
+    fn refined_groups_never_have_smaller_errors(which in 0usize..5, view in any_view(), placement in any_placement(), settings in any_settings()) {
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         for group in &hierarchies()[which].groups {
             prop_assert!(error_px(group, &instance) >= 0.0);
@@ -252,5 +252,30 @@ fn guarantee_without_deviations_draws_full_detail_in_view() {
         let cut = cut_of(4, &view, &settings);
         let (terminal, others) = cut.refined().split_last().unwrap();
         assert!(*terminal && others.iter().all(|&refined| refined == is_seen));
+    }
+}
+
+#[test]
+fn nan_threshold_accepts_all_alone_and_none_beside_another() {
+    let view = look(perspective(1.0), Vec3::Z * 4.0, Vec3::ZERO);
+    let triangles = |error_px, displacement_px| {
+        let settings = LodSettings {
+            error_px,
+            displacement_px,
+            ..LodSettings::default()
+        };
+        cut_of(0, &view, &settings).triangle_count()
+    };
+    let (coarsest, finest) = (triangles(None, None), triangles(Some(0.0), Some(0.0)));
+    assert!(coarsest < finest);
+    let (nan, some) = (Some(f32::NAN), Some(1e9));
+    for (error_px, displacement_px, expected) in [
+        (nan, None, coarsest),
+        (None, nan, coarsest),
+        (nan, some, finest),
+        (some, nan, finest),
+    ] {
+        let drawn = triangles(error_px, displacement_px);
+        assert_eq!(drawn, expected, "{error_px:?} {displacement_px:?}");
     }
 }

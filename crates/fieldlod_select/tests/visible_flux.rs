@@ -172,9 +172,10 @@ fn excluded_occluder_and_eye_of_nan_hide_nothing() {
 fn depth_of_ball(ray: Vec3, center: Vec3, radius: f32) -> f32 {
     let (squared, along) = (ray.dot(ray), ray.dot(center));
     let rest = along * along - squared * (center.dot(center) - radius * radius);
-    match rest > 0.0 {
-        true => (along - rest.sqrt()) / squared,
-        false => f32::INFINITY,
+    if rest > 0.0 {
+        (along - rest.sqrt()) / squared
+    } else {
+        f32::INFINITY
     }
 }
 

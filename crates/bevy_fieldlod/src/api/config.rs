@@ -184,8 +184,7 @@ pub enum LodKind {
 
 impl FieldLodAppConfig {
     /// Resolves [`LodKind::Auto`] by the number of triangles; returns other kinds unchanged.
-    #[must_use]
-    pub fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
+    pub(crate) fn kind_for(&self, kind: LodKind, triangles: usize) -> LodKind {
         match kind {
             LodKind::Auto if triangles < self.plain_below_triangles as usize => LodKind::Plain,
             LodKind::Auto if triangles < self.clusters_from_triangles as usize => {

@@ -41,6 +41,7 @@ impl LodLevels<'_, '_> {
         let units = cut.selector.units(&self.scene.scene, instance.id);
         let pieces = &instance.mesh.pieces;
         match instance.level {
+            // The object is newer than the last cut.
             _ if cut.state == ViewState::Cut && units.is_empty() => None,
             Some(level) => Some(level..=level),
             None if cut.state == ViewState::FullDetail => Some(0..=0),

@@ -102,6 +102,7 @@ impl FieldLodCamera {
     }
 
     fn from_lod(lod: LodSettings) -> Self {
+        // By default, selection has no margin. A camera needs one: it may turn fast, and things beside the image cast shadows.
         let advanced = AdvancedSettings {
             offscreen_margin: 0.1,
             ..lod.advanced
@@ -113,8 +114,8 @@ impl FieldLodCamera {
     }
 
     /// Returns the selection settings. `has_shadows` is whether a light casts shadows into the view.
-    #[must_use]
-    pub fn to_lod_settings(&self, has_shadows: bool) -> LodSettings {
+    pub(crate) fn to_lod_settings(self, has_shadows: bool) -> LodSettings {
+        // With a larger factor, objects outside the image would be finer than those in it.
         let bias = self.shadow_bias.min(1.0);
         let offscreen = if has_shadows && bias > 0.0 {
             Offscreen::OnAxis { bias }

@@ -19,7 +19,7 @@ pub enum FieldLodSystems {
     Inherit,
     /// Selects the cut of each view, after cameras and transforms are final and before Bevy's culling.
     Select,
-    /// Sets whole meshes to the level that their views need.
+    /// Queues, for the render world, the level of each whole mesh that its views need.
     Swap,
     /// Spawns units that a view draws, and despawns units that no view has drawn for a while.
     Spawn,
@@ -33,7 +33,8 @@ pub(crate) fn plugin(app: &mut App) {
     app.configure_sets(
         PostUpdate,
         (
-            // Bevy detects changed materials before it extracts them.
+            // After this system, Bevy collects the entities whose material needs another pipeline. Units that inherit a
+            // material later would be drawn by the old pipeline for a frame.
             (Track, Prepare, Inherit)
                 .chain()
                 .before(mark_3d_meshes_as_changed_if_their_assets_changed)
@@ -41,8 +42,8 @@ pub(crate) fn plugin(app: &mut App) {
                 .before(VisibilitySystems::VisibilityPropagate)
                 .before(VisibilitySystems::CalculateBounds),
             // Units are drawn in the frame in which they are spawned, so they are spawned after transforms have
-            // propagated and before culling. Bevy looks for changed meshes at `AssetEventSystems`; a later swap would
-            // draw the old level for a frame.
+            // propagated and before culling. The renderer learns of their new meshes at `AssetEventSystems`; with a later
+            // spawn, the surface would have a hole for a frame.
             (Select, Swap, Spawn)
                 .chain()
                 .before(AssetEventSystems)
@@ -52,6 +53,7 @@ pub(crate) fn plugin(app: &mut App) {
                 .after(VisibilitySystems::UpdateFrusta)
                 .after(VisibilitySystems::VisibilityPropagate)
                 .before(VisibilitySystems::CheckVisibility),
+            // Bevy's culling fills the lists; other code reads them after its last visibility set.
             Filter
                 .after(Spawn)
                 .after(VisibilitySystems::CheckVisibility)

@@ -22,7 +22,8 @@ pub struct BakedLods {
 }
 
 impl BakedLods {
-    /// Wraps hierarchies that are in memory.
+    /// Wraps hierarchies that are in memory: those of meshes that a program creates and bakes, for
+    /// [`AutoLod::from_file`](crate::AutoLod::from_file).
     #[must_use]
     pub fn new(file: Arc<BakedFile>) -> Self {
         Self { file, pages: None }

@@ -11,7 +11,8 @@ use bevy::asset::io::{AssetSourceId, Reader};
 use bevy::asset::{AssetMode, AssetPath, AsyncSeekExt};
 use bevy::prelude::*;
 
-/// Number of bytes at the end of a file that must be equal for two files to count as the same.
+/// Number of bytes at the end of a file that must be equal for two files to count as the same: the end of the
+/// last page. With fewer, different files may be taken for each other; with more, the check reads more bytes.
 const END_BYTES: i64 = 64;
 
 /// The asset folder of Bevy's default source.

@@ -141,6 +141,7 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
                 beside_source: true,
             };
             let file = outcome.file.to_bytes_with(options);
+            // `None` if the result would exceed the 4 GiB of binary glTF: the game then bakes at run time.
             glb::with_chunk(&glb, &file).unwrap_or(glb)
         }
         Err(fault) => {

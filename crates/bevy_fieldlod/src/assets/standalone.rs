@@ -136,6 +136,7 @@ fn remove_changed_files(
         let (AssetEvent::Modified { id } | AssetEvent::Removed { id }) = event else {
             continue;
         };
+        // Entities whose meshes were not made yet are still waiting.
         let count = known.0.len();
         known.0.retain(|(file, ..), _| file != id);
         if known.0.len() == count {
@@ -189,6 +190,7 @@ impl MeshMaker<'_> {
         let source = source_mesh(hierarchy, indices.clone());
         // The triangles are not in the order of the baked mesh, so the hash of the baked mesh would not match.
         hierarchy.source = hierarchy.source_vertices().source_hash(&indices);
+        // A file of one primitive, which `AutoLod::baked` names: the lookup finds it like any other file.
         let primitives = vec![primitive];
         let file = Arc::new(BakedFile { primitives });
         StandaloneMesh {
@@ -220,6 +222,7 @@ fn insert_meshes(
             continue;
         };
         let mut commands = commands.entity(entity);
+        // After a failure too: the entity waits again once the file is reloaded.
         commands.try_remove::<AwaitsFile>();
         match made {
             Ok(StandaloneMesh { source, lods }) => {

@@ -72,25 +72,26 @@ fn paint(
     material: &Handle<LodDebugMaterial>,
     tag: MeshTag,
 ) {
-    let Ok(there) = world.get_entity(entity) else {
+    let Ok(entity_ref) = world.get_entity(entity) else {
         return;
     };
     // A game may insert a material on a painted entity; it would be drawn besides the debug material.
-    let current = there.get::<MeshMaterial3d<LodDebugMaterial>>();
+    let current = entity_ref.get::<MeshMaterial3d<LodDebugMaterial>>();
     let is_painted = current.is_some_and(|current| current.id() == material.id())
-        && there.get::<MeshTag>() == Some(&tag)
-        && !inherited.has_material(&there);
+        && entity_ref.get::<MeshTag>() == Some(&tag)
+        && !inherited.has_material(&entity_ref);
     if is_painted {
         return;
     }
-    let is_unit = there.contains::<LodUnit>();
-    let painted = there.get::<Painted>();
+    let is_unit = entity_ref.contains::<LodUnit>();
+    let painted = entity_ref.get::<Painted>();
     let saved = painted.and_then(|painted| painted.saved_materials);
     let is_first = painted.is_none();
     let saved_materials = if is_unit {
         inherited.remove_materials(world, entity);
         None
     } else {
+        // Materials are of many types: an entity of their own can hold them all.
         let saved = saved.unwrap_or_else(|| world.spawn_empty().id());
         inherited.move_materials(world, entity, saved, is_first);
         Some(saved)

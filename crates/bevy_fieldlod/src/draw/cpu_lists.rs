@@ -107,6 +107,7 @@ pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entit
         .filter(|(_, camera, cut, _, _)| camera.is_active && cut.state != ViewState::Inactive)
         .min_by_key(|(entity, _, _, target, is_origin)| {
             let to_window = matches!(target, RenderTarget::Window(_));
+            // The least entity, like Bevy.
             (!is_origin, !to_window, *entity)
         })
         .map(|(entity, _, cut, _, _)| (entity, cut))

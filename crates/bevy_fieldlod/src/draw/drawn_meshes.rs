@@ -60,6 +60,7 @@ impl DrawnMeshes {
         }
     }
 
+    // The rendering tests compile this module by itself, so it names nothing else of the crate.
     fn lock(&self) -> Option<MutexGuard<'_, Vec<(Entity, Change)>>> {
         let changes = self.0.as_ref()?;
         Some(changes.lock().unwrap_or_else(PoisonError::into_inner))
@@ -82,6 +83,7 @@ pub(crate) fn plugin(app: &mut App) {
         render_app.init_resource::<OtherMeshes>().add_systems(
             ExtractSchedule,
             (
+                // Bevy then extracts the entities in this frame, and sorts them into batches again.
                 extract_changes
                     .before(MeshExtractionSystems)
                     .in_set(DirtySpecializationSystems::CheckForChanges),
@@ -151,6 +153,7 @@ fn draw_other_meshes(
         return;
     }
     let is_on_gpu = |mesh: &AssetId<Mesh>| meshes.get(*mesh).is_some();
+    // Where the CPU builds instances, Bevy has extracted all of them in this frame.
     if let RenderMeshInstances::CpuBuilding(instances) = &*instances {
         for (entity, mesh) in &others.meshes {
             if is_on_gpu(mesh)

@@ -67,6 +67,7 @@ fn switch_gpu_culling(
     }
     culling.is_on = is_on;
     for (entity, object) in &drawn {
+        // The CPU culls characters.
         if object.is_some_and(|object| object.mesh.rig.is_some()) {
             continue;
         }

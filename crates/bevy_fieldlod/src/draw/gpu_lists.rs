@@ -50,6 +50,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             Render,
             update_lists
+                // Bevy adds new entities to all lists before.
                 .after(collect_gpu_culled_meshes)
                 .before(set_mesh_motion_vector_flags)
                 .in_set(RenderSystems::PrepareMeshes),
@@ -70,6 +71,7 @@ impl ListedEntities {
                 self.listed.insert(entity);
                 self.changed.push(entity);
             }
+            // Bevy may reuse the entity for one that all views draw.
             ListChange::Remove(entity) => {
                 self.listed.remove(&entity);
                 for marked in self.marked.values_mut() {
@@ -193,6 +195,7 @@ fn update_entities<'a>(
 ) {
     let (mut any_added, mut any_removed) = (false, false);
     for &entity in entities {
+        // Meshes have no entities in the render world.
         let pair = (Entity::PLACEHOLDER, entity);
         let is_listed = list.entities_gpu_culling.contains_key(&entity);
         match (is_listed, is_wanted(&entity)) {

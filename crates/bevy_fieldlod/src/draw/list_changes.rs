@@ -53,6 +53,7 @@ impl ListChanges {
 /// Records changes in each frame, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
     if app.get_sub_app(RenderApp).is_none() {
+        app.add_systems(PostUpdate, discard_changes.in_set(FieldLodSystems::Filter));
         return;
     }
     app.init_resource::<ListChanges>()
@@ -69,6 +70,14 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
+/// Discards the changes of the scene and of the cuts: without a renderer, their lists would grow in each frame.
+fn discard_changes(mut scene: ResMut<LodScene>, mut views: Query<&mut ViewCut>) {
+    scene.records.take_moves();
+    for mut cut in &mut views {
+        cut.visibility.take_changed();
+    }
+}
+
 /// Records which units and sources were added, removed, or are drawn by other views.
 fn note_changes(
     mut scene: ResMut<LodScene>,
@@ -76,6 +85,7 @@ fn note_changes(
     changes: Res<ListChanges>,
 ) {
     let (placed, dropped) = scene.records.take_moves();
+    // Removals first: a despawned entity and its record may have been replaced in the same frame.
     let mut all: Vec<ListChange> = dropped
         .into_iter()
         .map(|entity| ListChange::Remove(entity.into()))
@@ -148,4 +158,27 @@ fn note_changed<C: Component>(
 
 fn note_removed_view(removal: On<Remove, ViewCut>, changes: Res<ListChanges>) {
     changes.extend([ListChange::RemoveView(removal.entity.into())]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::draw_records::DrawKind;
+
+    #[test]
+    fn changes_are_discarded_without_a_renderer() {
+        let mut app = App::new();
+        app.init_resource::<LodScene>().add_plugins(plugin);
+        let view = app.world_mut().spawn(ViewCut::default()).id();
+        let source = app.world_mut().spawn_empty().id();
+        let mut scene = app.world_mut().resource_mut::<LodScene>();
+        scene.records.add_entity(source, DrawKind::Source);
+        let mut cut = app.world_mut().get_mut::<ViewCut>(view).unwrap();
+        cut.visibility.set(7, true);
+        app.update();
+        let mut cut = app.world_mut().get_mut::<ViewCut>(view).unwrap();
+        assert_eq!(cut.visibility.take_changed(), [0; 0]);
+        let mut scene = app.world_mut().resource_mut::<LodScene>();
+        assert_eq!(scene.records.take_moves(), (vec![], vec![]));
+    }
 }

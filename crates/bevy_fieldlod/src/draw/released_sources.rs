@@ -67,6 +67,7 @@ pub(crate) fn plugin(app: &mut App) {
             PostUpdate,
             release_sources
                 .run_if(may_release)
+                // After the spawn of units that replace a source: until then, the source is drawn.
                 .after(FieldLodSystems::Spawn)
                 .in_set(FieldLodSystems::Filter),
         );
@@ -167,10 +168,12 @@ fn change_render_assets(
     for (id, is_wanted) in lock(&sources.changes).drain(..) {
         let extracted = &mut *extracted;
         if !is_wanted {
+            // A mesh may be added or edited, and released, in the same frame.
             extracted.extracted.retain(|(of, _)| *of != id);
             extracted.added.remove(&id);
             extracted.removed.insert(id);
         } else if let Some(mesh) = meshes.get(id)
+            // Bevy may have extracted the mesh in this frame already.
             && extracted.added.insert(id)
         {
             extracted.extracted.push((id, mesh.clone()));

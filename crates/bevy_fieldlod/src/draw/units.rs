@@ -71,6 +71,7 @@ pub(crate) fn spawn_units(world: &mut World) {
             if records.entity(record).is_some() || records.unit(record).is_none() {
                 continue;
             }
+            // Its mesh could not be made, or its object was despawned in this frame.
             let Some(unit) = spawn_unit(world, spawn) else {
                 continue;
             };
@@ -109,6 +110,7 @@ fn make_meshes(world: &mut World, spawns: &mut [UnitSpawn]) {
         if let (Some(units), Some(object)) =
             (&spawn.lod.units, world.get::<LodObject>(spawn.unit.object))
         {
+            // Once for all objects with the mesh.
             wanted.insert((spawn.lod.id, spawn.index), (units, object.source));
         }
     }
@@ -180,6 +182,7 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
         ChildOf(spawn.unit.object),
     ));
     let unit = unit.id();
+    // Bevy culls the unit where it culls the object.
     if is_culled_on_gpu {
         world.entity_mut(unit).insert(NoCpuCulling);
     }
@@ -219,6 +222,7 @@ fn despawn_copied_units(
 
 /// Spawns a unit again that other code despawned.
 fn respawn_lost_unit(removal: On<Remove, LodUnit>, mut scene: ResMut<LodScene>) {
+    // `None` for units that the plugin despawns: their records were freed before.
     let record = scene.records.detach_entity(removal.entity);
     scene.units_to_spawn.extend(record);
 }

@@ -65,6 +65,7 @@ pub(crate) fn plugin(app: &mut App) {
         render_app.add_systems(
             Render,
             note_uploaded_meshes
+                // In the frame in which Bevy has uploaded them.
                 .after(RenderSystems::PrepareAssets)
                 .in_set(RenderSystems::Prepare),
         );
@@ -88,6 +89,7 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
     lock(waiting).retain(|sent| {
         let is_complete = sent.meshes.iter().all(is_uploaded);
         if is_complete {
+            // With pipelined rendering, the main world runs at the same time, and sees it in its next frame.
             sent.uploaded.store(true, Ordering::Release);
         }
         !is_complete

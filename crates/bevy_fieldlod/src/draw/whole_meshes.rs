@@ -46,6 +46,7 @@ pub(crate) fn swap_whole_meshes(
 fn level_for(cut: &ViewCut, scene: &Scene, instance: &LodInstance) -> Option<u32> {
     match cut.state {
         ViewState::Inactive => None,
+        // Without a cut, the view draws the sources on its layers.
         ViewState::FullDetail => (cut.layers & instance.layers != 0).then_some(0),
         ViewState::Cut => cut.selector.units(scene, instance.id).first().copied(),
     }

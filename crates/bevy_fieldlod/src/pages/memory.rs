@@ -31,8 +31,6 @@ pub struct FieldLodMemory {
     pub missing_pages: u32,
     /// Total number of loaded pages.
     pub loaded_pages: u64,
-    /// Total bytes of loaded pages in their files. Readers may read more bytes around them.
-    pub loaded_file_bytes: u64,
     /// Total number of evicted pages.
     pub evicted_pages: u64,
     /// Total number of failed reads.
@@ -58,7 +56,6 @@ impl FieldLodMemory {
             wanted_bytes: statistics.wanted_bytes,
             missing_pages: statistics.missing_pages,
             loaded_pages: statistics.loaded,
-            loaded_file_bytes: statistics.loaded_file_bytes,
             evicted_pages: statistics.evicted,
             failures: statistics.failed,
             coarsening: residency.coarsening(),

@@ -43,6 +43,7 @@ impl Plugin for FieldLodPagesPlugin {
                     prepare::make_meshes.in_set(StandaloneSteps::Make),
                     (
                         prepare::remove_sources.run_if(on_message::<AssetEvent<Mesh>>),
+                        // Before entities get their levels: no view may refine a group without meshes.
                         prepare::stream_ready_meshes.run_if(on_message::<FieldLodEvent>),
                         (
                             streams::remove_unused_meshes,
@@ -54,9 +55,11 @@ impl Plugin for FieldLodPagesPlugin {
                     )
                         .chain()
                         .in_set(PrepareSteps::Read),
+                    // Views select with the thresholds at which all needed pages fit.
                     coarsening::adjust_views
                         .run_if(has_meshes)
                         .in_set(SelectSteps::Adjust),
+                    // Demand comes from the cuts of this frame.
                     streams::request_pages
                         .run_if(has_meshes)
                         .in_set(SelectSteps::Read),

@@ -60,6 +60,7 @@ impl LodPages {
         let paged = PagedFile::from_contents(&beginning.bytes[..contents as usize])?;
         let first_pages = paged.meshes.iter().filter_map(|mesh| mesh.pages.first());
         let end = first_pages.map(|page| page.bytes.end).max().unwrap_or(0);
+        // A reader that cannot seek gives each byte once: all pages are kept.
         let end = if can_seek { end } else { u64::MAX };
         beginning.read_up_to(end).await?;
         let Beginning { bytes, file, .. } = beginning;
@@ -142,6 +143,7 @@ impl MeshInPages {
                 available: start + bytes.len() as u64,
             }));
         }
+        // Decoding takes long, and the few threads for input and output have other reads to do.
         let decode = async move {
             let read = self.paged().read_page(page as usize, &bytes)?;
             Ok(self.units_of_page(page, &read)?)

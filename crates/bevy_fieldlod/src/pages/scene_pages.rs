@@ -11,6 +11,7 @@ pub(super) fn plugin(app: &mut App) {
         PostUpdate,
         stream_primitives
             .run_if(any_match_filter::<NewPrimitives>)
+            // The file is awaited, and perhaps drawn, in the same frame.
             .before(StandaloneSteps::Await),
     );
 }

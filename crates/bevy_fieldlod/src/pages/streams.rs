@@ -151,6 +151,8 @@ impl PageStreams {
             let of_page = || mesh.source.paged().units_of(page.page as usize);
             units.entry(mesh.id).or_default().extend(of_page());
             if let Some(lod) = mesh.lod.upgrade() {
+                // The GPU memory is freed with the last handle. Idle units, whose entities have others, are despawned
+                // below.
                 let mut transient = lock(&lod.transient);
                 of_page().for_each(|unit| {
                     transient.remove(&unit);
@@ -260,6 +262,7 @@ pub(super) fn upload_read_pages(
     for ReadingPage { page, task, .. } in read {
         match block_on(task) {
             Ok(units) => {
+                // `remove_unused_meshes` has dropped the pages of all other meshes in this frame.
                 let Some(lod) = streams.meshes[&page.mesh].lod.upgrade() else {
                     continue;
                 };
@@ -296,6 +299,7 @@ pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: Re
             changed.insert(page.mesh);
         }
     }
+    // Once per mesh, after all its pages: the update visits every group.
     for mesh in changed {
         streams.update_available_groups(mesh, &mut scene);
     }
@@ -320,6 +324,7 @@ pub(super) fn request_pages(
     for (cut, mut stats) in &mut views {
         (stats.missing_pieces, stats.missing_px) = streams.report_demand(&scene, cut);
     }
+    // A paused game streams on, since its cameras may still move.
     let elapsed = time.map_or(Duration::ZERO, |time| time.delta());
     let Orders { evict, load } = streams.residency.update(elapsed);
     for entity in streams.evict(&evict, &mut scene) {

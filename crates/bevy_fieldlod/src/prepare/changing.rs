@@ -12,10 +12,11 @@ use crate::api::events::asset_name;
 /// Frames that a mesh must stay unchanged after its first change: half a second at 60 frames per second. With fewer, a
 /// mesh that a user drags is baked between two movements of the mouse; with more, an edit shows its levels late.
 const FIRST_WAIT_FRAMES: u32 = 30;
-/// Upper limit of the wait, 16 seconds. Without a limit, a mesh that was changed for an hour never has levels again.
+/// Upper limit of the wait, 16 seconds. With a shorter one, a mesh that changes every few seconds is baked each time;
+/// without one, a mesh that was changed for an hour never has levels again.
 const MAX_WAIT_FRAMES: u32 = 960;
-/// Number of changes after which the log names the mesh: half a second of changes in every frame, since some edits are
-/// normal.
+/// Number of changes after which the log names the mesh: half a second of changes in every frame. With fewer, the
+/// log names meshes that a user edits; with more, it names animated meshes later.
 const MANY_CHANGES: u32 = 30;
 
 /// All meshes that have changed since their first preparation.
@@ -40,11 +41,13 @@ impl ChangingMeshes {
             Some(changing) => changing,
             None if is_known => self.meshes.entry(mesh).or_insert(ChangingMesh {
                 changed_at: None,
+                // Doubled below.
                 wait_frames: FIRST_WAIT_FRAMES / 2,
                 changes: 0,
             }),
             None => return,
         };
+        // Changes while it waits do not make the wait longer.
         if changing.changed_at.is_none() {
             changing.wait_frames = (changing.wait_frames * 2).min(MAX_WAIT_FRAMES);
         }

@@ -28,6 +28,7 @@ pub(super) fn collect_prepared_meshes(
         let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
         };
+        // Polls without waiting.
         let Some(result) = block_on(poll_once(task)) else {
             continue;
         };
@@ -65,6 +66,7 @@ fn add_mesh(
     uploads: &UploadQueue,
 ) -> Arc<LodMesh> {
     let mut sent = Vec::new();
+    // `UploadQueue::send` inserts the meshes, and reports when the GPU has all of them.
     let mut reserve = |mesh: Mesh| {
         let handle = meshes.reserve_handle();
         sent.push((handle.clone(), mesh));

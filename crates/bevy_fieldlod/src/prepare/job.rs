@@ -120,6 +120,7 @@ async fn find_hierarchy(
                 if let Some((file, baked)) = sidecars.find(assets, path).await {
                     match find_beside_asset(job, &mesh, &file, &baked) {
                         Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
+                        // A stale file must not stop a game in development from being drawn with levels.
                         Err(error) => {
                             let name = &job.name;
                             warn!("could not use levels of {name}: {error}; trying other sources");
@@ -167,6 +168,7 @@ fn pieces_of(
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
     let piece = |(index, unit): (usize, &Unit)| {
         let has_mesh = match kind {
+            // Level 0 is the source itself, unless the source is in main memory only.
             LodKind::WholeMesh => index > 0 || !is_drawable,
             _ => job.all_units,
         };

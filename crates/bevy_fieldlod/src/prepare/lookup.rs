@@ -69,7 +69,7 @@ pub(super) struct InPreparation {
 /// fewer than there are threads, threads are idle.
 const MOST_IN_PREPARATION: u32 = 64;
 /// Largest number of triangles in tasks. A bake needs some hundred bytes per triangle, so this bounds them to about a
-/// gigabyte. A larger mesh is prepared alone.
+/// gigabyte. With fewer, large meshes wait for each other. A larger mesh is prepared alone.
 const MOST_TRIANGLES_IN_PREPARATION: u32 = 4_000_000;
 
 impl InPreparation {
@@ -180,11 +180,13 @@ impl LodMeshes {
         if self.in_preparation.meshes > 0 {
             return HashSet::default();
         }
+        // The entry has one reference; objects, instances and retired meshes have the others.
         let has_no_user = |lod: &Arc<LodMesh>| lod.is_uploaded() && Arc::strong_count(lod) == 1;
         let is_unused = |mesh: &AssetId<Mesh>| {
             let mut levels = self.ready(*mesh).peekable();
             levels.peek().is_some()
                 && levels.all(|lod| lod.is_stored && has_no_user(lod))
+                // The coarsest levels of `.fieldpages` files stay in memory.
                 && !self.providers.contains_key(mesh)
         };
         self.entries.keys().copied().filter(is_unused).collect()
@@ -310,7 +312,7 @@ impl LodMeshLookup<'_> {
         if self.known.changing.contains(mesh) {
             return Some(&LodMeshEntry::Plain(None));
         }
-        // Providers ignore the request.
+        // Providers ignore the request, so that all entities with the mesh share one entry.
         let request = if self.known.providers.contains_key(&mesh) {
             LodRequest::of(&AutoLod::default())
         } else {
@@ -319,6 +321,7 @@ impl LodMeshLookup<'_> {
         let index = self.find_or_start(mesh, &request, may_start, material_of)?;
         let known = &*self.known;
         let file = known.rigged.get(&mesh);
+        // Other primitives of the character are not ready: with its own level, this one would not fit them.
         let is_ready = file.is_none_or(|file| !known.unready_files.contains(file));
         is_ready.then(|| &known.entries[&mesh][index].1)
     }
@@ -365,6 +368,7 @@ impl LodMeshLookup<'_> {
         request: &LodRequest,
         material_of: &MaterialOf<'_>,
     ) -> Result<LodMeshEntry, NotStarted> {
+        // An entity may have the handle of a mesh that is still being loaded.
         let source = self.meshes.get(mesh).ok_or(NotYet)?;
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
@@ -450,6 +454,7 @@ impl LodMeshLookup<'_> {
         kind: LodKind,
         material_of: &MaterialOf<'_>,
     ) -> Result<Vec<LevelSource>, NotStarted> {
+        // The fallback to another source would hide that a named file is missing or stale.
         if let Some(file) = &request.baked {
             return Ok(vec![self.file(mesh, file)?]);
         }
@@ -473,6 +478,7 @@ impl LodMeshLookup<'_> {
         }
         #[cfg(not(feature = "bake"))]
         let _ = (kind, material_of);
+        // A program made the mesh. A bake needs the skeleton and the clips of a glTF file.
         if is_rigged && sources.is_empty() {
             return Err(NotStarted::Failed(LodError::Rigged));
         }
@@ -507,6 +513,7 @@ impl LodMeshLookup<'_> {
         let file = asset_name(&self.assets, handle.id());
         self.known.file_of.insert(mesh, handle.id());
         match self.files.get(handle) {
+            // Only `LodMesh3d` streams pages: the mesh of this entity is the source.
             Some(loaded) if loaded.pages.is_some() => {
                 Err(NotStarted::Failed(LodError::InPages { file }))
             }
@@ -549,6 +556,7 @@ impl LodMeshLookup<'_> {
         Ok(BakeJob {
             cache_folder: self.config.cache_folder.clone(),
             config: BakeConfig {
+                // Only levels that are drawn as whole meshes use the measurement, and groups may have some.
                 measure_appearance: config.measure_appearance && (is_whole || member.is_some()),
                 ..config.clone()
             },

@@ -45,12 +45,14 @@ pub(crate) fn plugin(app: &mut App) {
     let any_preparing = |known: Res<LodMeshes>| known.in_preparation.meshes > 0;
     let any_waiting = any_with_component::<LodWaiting>;
     app.add_plugins((restart::plugin, track::plugin))
+        // With `MinimalPlugins`, no other plugin registers meshes.
         .init_asset::<Mesh>()
         .add_message::<FieldLodEvent>()
         .init_resource::<FieldLodProgress>()
         .init_resource::<LodMeshes>()
         .configure_sets(
             PostUpdate,
+            // Entities get levels in the frame in which their task ends.
             (Collect, Read, Give)
                 .chain()
                 .in_set(FieldLodSystems::Prepare),

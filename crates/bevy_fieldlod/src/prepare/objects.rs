@@ -27,6 +27,7 @@ pub(super) struct UnsupportedLog<'w, 's> {
 
 impl UnsupportedLog<'_, '_> {
     fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, reason: String) {
+        // A scene may have thousands of such meshes.
         if self.logged.contains(&reason) {
             return;
         }
@@ -68,6 +69,7 @@ impl StartOrder<'_, '_> {
         let waiting = self.waiting.iter();
         let mut sizes: Vec<(f32, Entity, bool)> = waiting
             .map(|(entity, place, aabb)| {
+                // Without a camera, as on a server, no order is better than another.
                 let may_start = !place.is_added() || self.cameras.is_empty();
                 let size = if may_start {
                     self.size(&place, aabb)
@@ -77,6 +79,7 @@ impl StartOrder<'_, '_> {
                 (size, entity, may_start)
             })
             .collect();
+        // The order of entities breaks ties, so that starts do not depend on the storage of components.
         sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let sorted = sizes.into_iter();
         sorted
@@ -134,6 +137,7 @@ pub(super) fn give_levels_to_objects(
                 leave_plain(&mut commands, error.clone());
             }
             Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
+                // The CPU culls characters, because Bevy animates visible ones only.
                 if culling.is_on && lod.rig.is_none() {
                     commands.try_insert(NoCpuCulling);
                 }

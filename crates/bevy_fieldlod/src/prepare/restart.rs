@@ -22,10 +22,10 @@ const CHECKED_EVERY: u32 = 600;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RestartObjects;
 
-/// One system per event.
 pub(super) fn plugin(app: &mut App) {
     let systems = (
         restart_changed_meshes.run_if(on_message::<AssetEvent<Mesh>>),
+        // After the changes of this frame, which make a mesh wait again.
         restart_stable_meshes,
         restart_reloaded_files.run_if(on_message::<AssetEvent<BakedLods>>),
         restart_lost_levels,
@@ -82,6 +82,7 @@ fn restart_changed_meshes(
             AssetEvent::Modified { id } if restart.known.note_change(*id, &assets) => {
                 changed.push(*id);
             }
+            // The last handle was dropped, or a program has removed the asset from its entities.
             AssetEvent::Removed { id } => {
                 changed.extend(restart.known.has_entries(*id).then_some(*id));
                 restart.known.remove_source(*id);
@@ -103,6 +104,7 @@ fn restart_reloaded_files(mut restart: Restart, mut events: MessageReader<AssetE
     for event in events.read() {
         let meshes = match event {
             AssetEvent::Modified { id } => restart.known.meshes_of_file(*id, false),
+            // A first load: meshes that wait for the file start by themselves, failed ones do not.
             AssetEvent::Added { id } => restart.known.meshes_of_file(*id, true),
             _ => continue,
         };
@@ -128,6 +130,7 @@ pub(super) fn drop_unused_levels(
     mut frame: Local<u32>,
     mut last_unused: Local<HashSet<AssetId<Mesh>>>,
 ) {
+    // Each check visits all entries.
     *frame = (*frame + 1) % CHECKED_EVERY;
     if *frame != 0 {
         return;

@@ -34,6 +34,7 @@ impl SidecarFiles {
         if let Some(found) = lock(&self.files).get(&asset) {
             return found.clone();
         }
+        // Two tasks may read the same file: a lock that is held meanwhile would block the threads of the others.
         let found = read_sidecar(assets, &asset).await;
         lock(&self.files).insert(asset, found.clone());
         found
@@ -47,6 +48,7 @@ async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found 
     if let Some(bytes) = read(assets, path, &sidecar).await {
         return parse(sidecar.display().to_string(), &bytes);
     }
+    // Only the asset processor adds the chunk; a source file is not read in full for it.
     let is_processed = matches!(assets.mode(), AssetServerMode::Processed);
     if is_processed && path.path().extension().is_some_and(|ext| ext == "glb") {
         let whole = read(assets, path, path.path()).await?;

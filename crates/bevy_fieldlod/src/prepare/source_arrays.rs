@@ -121,6 +121,7 @@ impl SourceArrays {
                 uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
             }
         }
+        // NaN without area.
         let ratio = (uv_area / area) as f32;
         if ratio.is_finite() { ratio } else { 0.0 }
     }
@@ -179,7 +180,7 @@ impl SourceArrays {
         // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
         let mut known: HashMap<[bool; 5], (Cow<Vertices>, SourceHash)> = HashMap::default();
         let of_mesh = attributes(&self.vertices);
-        // Trees may share a trunk with different levels for each tree.
+        // Equal primitives, such as the trunk of two trees, may have different levels: the one at the same place is first.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
@@ -193,6 +194,7 @@ impl SourceArrays {
                 let hash = self.rig.add_to(vertices.source_hash(&self.indices));
                 (vertices, hash)
             });
+            // A matching file may still lack an attribute; another of its hierarchies may not.
             if hierarchy.source == *hash {
                 match self.complete(hierarchy, vertices, file) {
                     Ok(complete) => return Ok(complete),
@@ -270,8 +272,10 @@ pub(super) fn primitives_beside<'a>(
         let label = GltfAssetLabel::Primitive { mesh, primitive };
         assets.get_handle::<Mesh>(path.with_label(label.to_string()))
     };
+    // The loader numbers primitives without gaps.
     let handles = (0..).map_while(handle);
     let loaded = handles.filter_map(|handle| Some((handle.id(), meshes.get(&handle)?)));
+    // Characters are baked from their file.
     loaded.filter(|(_, mesh)| !is_rigged(mesh))
 }
 

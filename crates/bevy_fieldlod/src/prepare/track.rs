@@ -24,6 +24,7 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             PostUpdate,
             track_objects
+                // A restart marks the `Mesh3d` as changed, which this system reads in the same frame.
                 .after(RestartObjects)
                 .in_set(FieldLodSystems::Track),
         );
@@ -115,11 +116,12 @@ fn track_objects(
             }
             continue;
         }
-        // The levels are removed, and requested again.
+        // The levels are removed, and requested again. Until then, the entity draws its source, which may not be on the
+        // GPU.
         sources.note_user(mesh.id());
         let mut commands = commands.entity(entity);
         commands.try_remove::<(LodObject, LodWaiting)>();
-        // A clone has a copy of the component.
+        // A clone has copies of `LodState` and `NoCpuCulling`, but no `LodObject` whose removal would remove them.
         if let Some(LodState::Ready(_)) = state {
             commands.try_remove::<NoCpuCulling>();
         }
@@ -146,6 +148,7 @@ fn remove_object(
     for unit in scene.remove(removal.entity) {
         commands.entity(unit).try_despawn();
     }
+    // The render world would go on drawing the last level.
     drawn.set(removal.entity, None);
     let mut commands = commands.entity(removal.entity);
     commands.try_remove::<(LodPlacement, NoCpuCulling)>();
@@ -157,6 +160,7 @@ fn untrack_entities_without_mesh(
     objects: Query<(), (With<LodState>, Without<LodUnit>)>,
     mut commands: Commands,
 ) {
+    // A despawned entity passes here too, so that removals may find no entity.
     if objects.contains(removal.entity) {
         let mut commands = commands.entity(removal.entity);
         commands.try_remove::<(LodObject, LodWaiting, LodState)>();

@@ -22,7 +22,7 @@ impl<C: Component, F: ArchetypeFilter + 'static> ChangedOn<'_, '_, C, F> {
     /// Appends the entities on which the component has changed.
     pub(crate) fn add_to(&self, changed: &mut Vec<Entity>) {
         let Ok(tables) = self.all.contiguous_iter() else {
-            // Components with sparse storage.
+            // Only tables have change ticks in rows: this is a component with sparse storage.
             let all = self.all.iter().filter(|(_, one)| one.is_changed());
             return changed.extend(all.map(|(entity, _)| entity));
         };

@@ -44,8 +44,6 @@ pub(crate) struct DrawRecords {
     freed: Vec<u32>,
     /// Records to reuse.
     free: Vec<u32>,
-    /// Number of records of units.
-    unit_count: usize,
     /// Records of units and of their sources that got an entity, and entities that lost their record, since the
     /// last call of [`DrawRecords::take_moves`].
     placed: Vec<u32>,
@@ -63,7 +61,6 @@ impl DrawRecords {
 
     /// Adds a record for a unit that has no entity yet, and returns its number.
     pub(crate) fn add_unit(&mut self, instance: u32, unit: u32) -> u32 {
-        self.unit_count += 1;
         self.add(DrawRecord {
             kind: DrawKind::Unit { instance, unit },
             ..default()
@@ -96,6 +93,7 @@ impl DrawRecords {
         }
         self.record_of_entity[index] = record;
         self.records[record as usize].entity = Some(entity);
+        // All views draw whole meshes, so their lists need no changes by this crate.
         if self.records[record as usize].kind != DrawKind::WholeMesh {
             self.placed.push(record);
         }
@@ -152,11 +150,6 @@ impl DrawRecords {
         record.view_count == 0
     }
 
-    /// Whether any record is that of a unit.
-    pub(crate) fn has_units(&self) -> bool {
-        self.unit_count > 0
-    }
-
     /// Whether the record is that of a unit that no view draws.
     pub(crate) fn is_idle(&self, record: u32) -> bool {
         self.unit(record).is_some() && self.records[record as usize].view_count == 0
@@ -169,7 +162,6 @@ impl DrawRecords {
 
     /// Frees a record and returns the entity that it had.
     pub(crate) fn free(&mut self, index: u32) -> Option<Entity> {
-        self.unit_count -= usize::from(self.unit(index).is_some());
         let record = &mut self.records[index as usize];
         record.kind = DrawKind::Free;
         self.freed.push(index);

@@ -141,6 +141,7 @@ impl LodObject {
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
         let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
+        // A mesh of the kind that `auto_lod` asks for has the same levels as if `LodKind::Auto` had chosen it.
         let own = LodRequest {
             kind: auto_lod.kind,
             ..LodRequest::of(&self.auto_lod)

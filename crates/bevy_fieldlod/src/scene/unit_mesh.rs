@@ -9,7 +9,8 @@ use std::sync::Mutex;
 
 use bevy::asset::{AssetId, RenderAssetUsages};
 use bevy::mesh::{
-    Indices, Mesh, MeshAccessError, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues,
+    Indices, Mesh, MeshAccessError, MeshVertexAttribute, MeshVertexAttributeId, PrimitiveTopology,
+    VertexAttributeValues,
 };
 use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::{Hierarchy, Unit};
@@ -22,20 +23,17 @@ pub(crate) fn source_mesh(hierarchy: &Hierarchy, indices: Vec<u32>) -> Mesh {
     let usage = RenderAssetUsages::default();
     let mut mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
     mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, vertices.positions);
-    if !vertices.normals.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, vertices.normals);
-    }
-    if !vertices.uvs.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_0, vertices.uvs);
-    }
-    if !vertices.tangents.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_TANGENT, vertices.tangents);
-    }
-    if !vertices.uvs_1.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_UV_1, vertices.uvs_1);
-    }
-    if !vertices.colors.is_empty() {
-        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vertices.colors);
+    let others: [(MeshVertexAttribute, VertexAttributeValues); 5] = [
+        (Mesh::ATTRIBUTE_NORMAL, vertices.normals.into()),
+        (Mesh::ATTRIBUTE_UV_0, vertices.uvs.into()),
+        (Mesh::ATTRIBUTE_TANGENT, vertices.tangents.into()),
+        (Mesh::ATTRIBUTE_UV_1, vertices.uvs_1.into()),
+        (Mesh::ATTRIBUTE_COLOR, vertices.colors.into()),
+    ];
+    for (attribute, values) in others {
+        if !values.is_empty() {
+            mesh.insert_attribute(attribute, values);
+        }
     }
     mesh.with_inserted_indices(Indices::U32(indices))
 }

@@ -39,10 +39,12 @@ impl DrawnLayers<'_, '_> {
                 None => transform.translation(),
             };
             self.cameras.iter().any(|(pose, camera)| {
+                // An entity with `ShadowLodOrigin` need not be a camera.
                 let is_active = camera.is_none_or(|camera| camera.is_active);
                 is_active && range.is_visible_at_all(pose.translation().distance(center))
             })
         });
+        // No view draws an object on no layer.
         if is_shown.get() && is_near {
             layer_bits(*layers)
         } else {

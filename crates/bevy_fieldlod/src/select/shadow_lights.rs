@@ -61,6 +61,7 @@ impl ShadowLights<'_, '_> {
                         center,
                         radius: *radius,
                     },
+                    // With the far plane, like Bevy when it assigns lights to views.
                     true,
                 )
             };

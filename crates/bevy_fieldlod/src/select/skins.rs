@@ -19,6 +19,7 @@ impl SkinPoses<'_, '_> {
     /// The skinned objects whose joint or skin has changed since the system last ran.
     pub(crate) fn moved(&self) -> impl Iterator<Item = Entity> {
         let moved = self.skinned.iter().filter(|(entity, object, skin)| {
+            // A skin without a carrier joint is placed by its entity.
             let carrier = carrier_of(object, skin).map_or(*entity, |(_, joint)| joint);
             skin.is_changed() || self.transforms.get(carrier).is_ok_and(|at| at.is_changed())
         });
@@ -31,6 +32,7 @@ impl SkinPoses<'_, '_> {
         let (index, joint) = carrier_of(object, &skin)?;
         let inverse_binds = self.inverse_binds.as_ref()?.get(&skin.inverse_bindposes)?;
         let world_from_joint = self.transforms.get(joint).ok()?.affine();
+        // Bevy skins a vertex by its joints alone: world from joint, joint from mesh.
         Some(world_from_joint * Affine3A::from_mat4(*inverse_binds.get(index)?))
     }
 }

@@ -50,9 +50,11 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             PostUpdate,
             (
+                // Before the phase that selects: the cut is a new component.
                 add_view_cuts
                     .run_if(any_match_filter::<NewViews>)
                     .in_set(FieldLodSystems::Prepare),
+                // Views are prepared last, because they update the scene.
                 (
                     add_instances.run_if(any_new),
                     move_instances,
@@ -171,6 +173,7 @@ fn prepare_views(
     lights: ShadowLights,
 ) {
     let cuts = cameras.iter_mut().map(|(.., cut)| cut.into_inner());
+    // Views clear the bits of freed records before any view selects.
     scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
     for view in &mut cameras {
         prepare_view(view, &mut scene, &lights);
@@ -184,6 +187,7 @@ fn prepare_view(
 ) {
     let settings = settings.copied().unwrap_or_default();
     let (state, view) = desired_view(camera, pose, &settings, scene.has_incomplete_sources);
+    // The other state draws other entities, and the hysteresis must not depend on an old cut.
     if cut.state != state {
         cut.state = state;
         clear_cut(&mut cut, scene);
@@ -226,6 +230,7 @@ fn desired_view(
     let Some(viewport_px) = drawn_px(camera) else {
         return (ViewState::Inactive, None);
     };
+    // A source of a streamed mesh is its coarsest level: full detail is a cut at level 0.
     let wants_cut = settings.forced_level != Some(0) || has_incomplete_sources;
     let view = wants_cut.then(|| view_of(camera, viewport_px, pose));
     match view.flatten() {
@@ -262,6 +267,7 @@ fn select_views(
 ) {
     let lods = &scene.scene;
     let wanted = cameras.iter().filter(|(cut, _)| cut.wanted.is_some());
+    // For one view, threads of the pool only cost time.
     let has_several = wanted.count() > 1;
     let select = |(mut cut, mut stats): (Mut<ViewCut>, Mut<FieldLodViewStats>)| {
         stats.selection_time = select_cut(&mut cut, lods);
@@ -272,6 +278,7 @@ fn select_views(
         cameras.iter_mut().for_each(select);
     }
     for (mut cut, mut stats) in &mut cameras {
+        // In turn: the records of units count the views that draw them.
         apply_cut(&mut cut, &mut stats, &mut scene);
     }
 }

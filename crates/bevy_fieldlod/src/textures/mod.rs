@@ -83,6 +83,7 @@ fn measure_materials(
 ) {
     let mut of_standard_materials: HashMap<_, TextureDetail> = HashMap::default();
     for (entity, object, aabb, transform, material) in &objects {
+        // The scale of a skinned object is that of its joint, as selection places it.
         let instance = scene.instance_of(entity);
         let placement = instance.map(|instance| scene.scene.placement(instance.id));
         let scale = placement.map_or(1.0, |placement| largest_scale(&placement));

@@ -65,6 +65,7 @@ fn mark_occluders(
             scene.scene.set_occluder(id, is_occluder);
         }
     }
+    // `Selector::select` panics if the scene has changed since its last update.
     scene.scene.update();
 }
 

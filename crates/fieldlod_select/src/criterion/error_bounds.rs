@@ -29,8 +29,8 @@ impl ErrorBounds {
         let most_weight = visible_weight(facing, variance) + SILHOUETTE_WEIGHT;
         Self {
             sphere: group.bounds,
-            error_weighed: simplified(group, group.error_in_local) * most_weight.sqrt(),
-            deviation: simplified(group, usable_deviation(group)),
+            error_weighed: unless_terminal(group, group.error_in_local) * most_weight.sqrt(),
+            deviation: unless_terminal(group, usable_deviation(group)),
         }
     }
 
@@ -96,7 +96,7 @@ pub(crate) fn placed_sphere(
 }
 
 /// Returns 0 for a terminal group, because it has no simplification.
-pub(crate) fn simplified(group: &Group, error: f32) -> f32 {
+fn unless_terminal(group: &Group, error: f32) -> f32 {
     if group.is_terminal() { 0.0 } else { error }
 }
 

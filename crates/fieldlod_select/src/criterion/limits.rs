@@ -129,9 +129,10 @@ impl LevelErrors {
     pub(crate) fn new(groups: &[Group], is_chain: bool) -> Self {
         let levels =
             (0..groups.len()).map(|level| LevelError::new(&groups[level], &groups[..level]));
-        match is_chain {
-            true => Self(levels.collect()),
-            false => Self(vec![LevelError::new(&Group::default(), groups)]),
+        if is_chain {
+            Self(levels.collect())
+        } else {
+            Self(vec![LevelError::new(&Group::default(), groups)])
         }
     }
 
@@ -146,9 +147,10 @@ impl LevelErrors {
         let errors = &self.0[level];
         let [finer_error, finer_deviation] = errors.finer;
         Limits {
-            lowest: match level == self.coarsest() {
-                true => f32::INFINITY,
-                false => units.of(errors.least, errors.deviation),
+            lowest: if level == self.coarsest() {
+                f32::INFINITY
+            } else {
+                units.of(errors.least, errors.deviation)
             },
             highest: units.of(finer_error, finer_deviation),
         }

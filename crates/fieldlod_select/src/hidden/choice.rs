@@ -14,25 +14,32 @@ use crate::scene::{MeshId, Scene};
 use crate::view::View;
 use crate::view::sides::LensSides;
 
-/// Least radius of an occluder in texels. Smaller occluders hide little, and cost as much as larger occluders.
+// The constants were measured in a walk of 240 frames among 10,000 rocks, with a ground and without: triangles that the
+// view draws, and the time of the depth image.
+
+/// Least radius of an occluder in texels. Smaller occluders hide little, and cost as much as larger occluders: 0.5 drew
+/// 0.95 of the triangles in 1.5 times the time, and 2 drew 1.5 times the triangles in 0.7 of the time.
 const LEAST_RADIUS: f32 = 1.0;
-/// Points for each texel of a sphere. Fewer points leave gaps; more points cost time in proportion.
+/// Points for each texel of a sphere. Fewer points leave gaps: 0.25 drew 1.2 times the triangles in 0.9 of the time, and 1
+/// drew 0.83 of the triangles in 1.2 times the time.
 const POINTS_PER_TEXEL: f32 = 0.5;
 /// Limits for meshes of clusters, for example grounds. Near parts hide much, and a coarse ground hides the objects on
-/// it, so that these meshes get more triangles.
+/// it, so that these meshes get more triangles. Half the area drew 0.93 of the triangles in 1.1 times the time, and twice
+/// the area 1.005 times the triangles. Half and twice the triangles per texel made no difference.
 const IN_PIECES: Fineness = Fineness {
     largest_point_area: 1400.0,
     triangles_per_texel: 0.12,
 };
 /// Limits for meshes that are drawn as a whole, for example trees. Points keep the gaps in crowns open, which coarse
-/// levels close.
+/// levels close. No rock of the walk was large enough for triangles.
 const AS_A_WHOLE: Fineness = Fineness {
     largest_point_area: 20_000.0,
     triangles_per_texel: 0.012,
 };
-/// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too.
+/// One instance takes at most one part in this number of the remaining budget, so that other instances can hide too. 2
+/// took 1.5 times the time for the same triangles; 8 made no difference.
 const SHARE_OF_REST: u32 = 4;
-/// Points that take as long as a triangle.
+/// Points that take as long as a triangle. Half and twice made no difference in the walk, which did not use up the budget.
 pub(crate) const POINTS_PER_TRIANGLE: u32 = 32;
 
 struct Fineness {
@@ -75,9 +82,10 @@ impl Candidate {
         origin: Vec3,
         rest: u32,
     ) -> Option<DrawnBy<'a>> {
-        let fineness = match table.has_one_place() {
-            true => AS_A_WHOLE,
-            false => IN_PIECES,
+        let fineness = if table.has_one_place() {
+            AS_A_WHOLE
+        } else {
+            IN_PIECES
         };
         if self.area <= fineness.largest_point_area {
             let count = ((self.area * POINTS_PER_TEXEL) as u32).min(MESH_SAMPLES);
@@ -128,6 +136,7 @@ pub(crate) fn list_candidates(
             }
         },
     );
+    // Ties by the instance: the image must not depend on the order of slots.
     candidates.sort_unstable_by(|a, b| {
         let by_area = b.area.total_cmp(&a.area);
         by_area.then(a.instance.cmp(&b.instance))

@@ -1,8 +1,8 @@
 //! Clips triangles to a guard band around the image.
 //!
-//! Of a triangle that reaches far beyond the image, `f32` would lose the depths in the image: a ground of 1,000 m that
-//! passes below the camera has corners a hundred million texels away. Such triangles are clipped in `f64`. The image
-//! then has the nearness of a surface within a twentieth of a texel of the texel's centre.
+//! `f32` would lose the depths of a triangle that reaches far beyond the image: a ground of 1,000 m that passes below the
+//! camera has corners a hundred million texels away. These triangles are clipped in `f64`. The image then has the
+//! nearness of a surface within a twentieth of a texel of the texel's centre.
 
 use glam::{DVec3, Vec3};
 
@@ -12,7 +12,7 @@ use super::image_plane::ImagePlane;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
     in_camera: Vec3,
-    /// Texel coordinates and nearness, if the corner is before the camera.
+    /// Texel coordinates and nearness, if the corner is in front of the camera.
     in_image: Vec3,
     is_in_guard_band: bool,
 }

@@ -65,9 +65,12 @@ impl LevelShare {
 
     /// The steps of all levels. Levels from `refined_from` on are refined.
     pub(crate) fn steps(&self, refined_from: usize) -> LevelSteps {
-        let step = |level: usize| match level < refined_from {
-            true => self.now,
-            false => self.share.held,
+        let step = |level: usize| {
+            if level < refined_from {
+                self.now
+            } else {
+                self.share.held
+            }
         };
         std::array::from_fn(|block| std::array::from_fn(|lane| step(block * LANES + lane)))
     }

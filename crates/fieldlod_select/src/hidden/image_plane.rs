@@ -9,15 +9,16 @@ use glam::{DVec3, Mat3, Vec2, Vec3};
 use crate::lanes::Eight;
 use crate::lanes::bits::LANES;
 
-/// Texels along the longer side of the image. A larger image takes longer to draw than the millisecond of this one; in
-/// a smaller one, small instances have too few texels.
+/// Texels along the longer side of the image. In a smaller image, small instances have too few texels. In a walk among
+/// 10,000 rocks, 128 drew 1.14 times the triangles and took 0.4 of the time; 512 drew 0.92 of the triangles and took 3.5
+/// times the time.
 const LONGER_SIDE: f32 = 256.0;
 /// Least side in texels: one element of lanes. Sides are multiples of it.
 const LEAST_SIDE: usize = 8;
 /// Bound of the rounding of positions, in texels. With a smaller bound, a sphere may miss texels that it covers.
 const ROUNDING: f32 = 0.01;
 /// Corners of triangles may be this many texels outside the image. With a wider guard band, `f32` loses the depths of more
-/// triangles; with a narrower one, more triangles are clipped.
+/// triangles; with a narrower one, more triangles are clipped. With 64 and 1024, a walk over a ground took as long.
 const GUARD_BAND: f32 = 256.0;
 /// Least depth of points in the image, because the nearness `1/z` needs a positive depth.
 pub(crate) const NEAREST: f32 = 1e-3;
@@ -81,7 +82,7 @@ impl ImagePlane {
         }
     }
 
-    /// Texel coordinates and nearness of points before the camera.
+    /// Texel coordinates and nearness of a point in front of the camera.
     #[inline(always)]
     pub(crate) fn project(&self, point: Vec3) -> Vec3 {
         let nearness = self.nearness(point.z);
@@ -103,8 +104,8 @@ impl ImagePlane {
     #[inline(always)]
     pub(crate) fn has_place(&self, at: Vec3, depth: f32) -> bool {
         let within = |at: f32, count: usize| (0.0..count as f32).contains(&at);
-        let is_before = (NEAREST..f32::INFINITY).contains(&depth);
-        within(at.x, self.width) & within(at.y, self.height) & is_before
+        let is_in_front = (NEAREST..f32::INFINITY).contains(&depth);
+        within(at.x, self.width) & within(at.y, self.height) & is_in_front
     }
 
     /// Places eight points of an instance in the image.
@@ -125,7 +126,7 @@ impl ImagePlane {
         placed
     }
 
-    /// Whether a projected point is before the camera, and in the image or the guard band around it.
+    /// Whether a projected point is in front of the camera, and in the image or the guard band around it.
     #[inline(always)]
     pub(crate) fn is_in_guard_band(&self, at: Vec3, depth: f32) -> bool {
         let within =
@@ -158,7 +159,7 @@ impl ImagePlane {
         ]
     }
 
-    /// Texel coordinates and nearness of a [homogeneous](Self::homogeneous) point before the camera.
+    /// Texel coordinates and nearness of a [homogeneous](Self::homogeneous) point in front of the camera.
     pub(crate) fn of_homogeneous(&self, at: DVec3) -> Vec3 {
         let nearness = if self.is_perspective {
             1.0 / at.z

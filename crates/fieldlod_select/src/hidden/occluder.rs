@@ -37,6 +37,7 @@ pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<Vec<OccluderPart>> {
         if count > 0 && wanted.peek().is_some_and(|&most| count <= most) {
             let parts = units.iter().map(|unit| OccluderPart::new(hierarchy, unit));
             levels.push(parts.collect());
+            // One level may be small enough for several limits.
             while wanted.next_if(|&most| count <= most).is_some() {}
         }
     }

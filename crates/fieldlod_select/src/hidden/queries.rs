@@ -4,23 +4,28 @@ use glam::{Mat3, Vec3};
 
 use super::OcclusionBuffer;
 use super::choice::camera_from_local;
-use crate::hidden::shares::{FULL_SHARE, HIDDEN, share_of_step};
+use crate::hidden::shares::{FULL_SHARE, HIDDEN};
 use crate::lanes::bits::{LANES, lane_bits};
 use crate::lanes::{Eight, with_avx2};
 use crate::scene::table::GroupTable;
-use crate::scene::{Instance, InstanceId, Scene};
+use crate::scene::{Instance, InstanceId};
 use crate::view::stretch::largest_stretch;
 
+// The constants were measured in a walk of 240 frames among 10,000 rocks: triangles that the view draws, and the time of
+// the selection.
+
 /// Radius in texels from which the groups of an instance have shares of their own. A smaller radius costs more samples;
-/// a larger radius counts the hidden groups of large instances as visible.
+/// a larger radius counts the hidden groups of large instances as visible. 12 and 48 drew 1.001 times the triangles.
 const LARGE_RADIUS: f32 = 24.0;
 /// Sample points of a whole instance, and of a whole instance with a radius below [`SMALL_RADIUS`]. Fewer points give
-/// coarser steps of the share; more points cost time in proportion.
+/// coarser steps of the share. 16 points drew 1.013 times the triangles in 0.95 of the time, and 64 took 1.1 times the
+/// time. 16 points of small instances drew 0.99 of the triangles in 1.1 times the time. A radius of 0.5 took 1.17 times
+/// the time, and a radius of 2 drew 1.014 times the triangles in 0.95 of the time.
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
 /// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by
-/// rounding; a larger distance sees through thin occluders.
+/// rounding; a larger distance sees through thin occluders. From 0.0003 to 0.01, the triangles were the same.
 const SAME_DEPTH: f32 = 1e-3;
 
 /// The points of one instance, as the depth image tests them.
@@ -32,8 +37,9 @@ struct Query {
 
 impl OcclusionBuffer {
     /// The visible share of each group of an instance, above 0 and at most 1; empty if the instance was removed.
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
-    pub fn visible_shares(&self, scene: &Scene, instance: InstanceId) -> Vec<f32> {
+    pub fn visible_shares(&self, scene: &crate::Scene, instance: InstanceId) -> Vec<f32> {
         let Some(mesh) = scene.mesh_of(instance) else {
             return Vec::new();
         };
@@ -42,7 +48,7 @@ impl OcclusionBuffer {
         if let Some(of_all) = self.shares(table, instance, placed, &mut groups) {
             groups = vec![of_all; table.group_count];
         }
-        let share = |&step: &u8| share_of_step(step, 0.0);
+        let share = |&step: &u8| crate::hidden::shares::share_of_step(step, 0.0);
         groups.iter().map(share).collect()
     }
 

@@ -37,9 +37,10 @@ impl RowEnd {
         let slope = (high.x - low.x) / (high.y - low.y);
         let offset = low.x - slope * low.y;
         // A horizontal edge does not bound any row.
-        let (slope, is_left, is_right) = match offset.is_finite() {
-            true => (slope, is_left, !is_left),
-            false => (0.0, false, false),
+        let (slope, is_left, is_right) = if offset.is_finite() {
+            (slope, is_left, !is_left)
+        } else {
+            (0.0, false, false)
         };
         Self {
             slope,
@@ -56,6 +57,7 @@ impl ScreenTriangle {
         // Seen from outside the corners run counter-clockwise, which is negative with y down.
         let (ab, ac) = (b - a, c - a);
         let area = ac.x * ab.y - ac.y * ab.x;
+        // Also false for NaN.
         if !(area > 0.0 && area < f32::INFINITY) {
             return None;
         }

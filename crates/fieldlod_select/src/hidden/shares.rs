@@ -36,5 +36,6 @@ impl Shares<'_> {
 #[inline(always)]
 pub(crate) fn share_of_step(step: u8, least: f32) -> f32 {
     let share = f32::from(step) / f32::from(FULL_SHARE);
+    // Above 0, because 0 times an infinite error is NaN.
     share.max(least).clamp(f32::MIN_POSITIVE, 1.0)
 }

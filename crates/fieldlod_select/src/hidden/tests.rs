@@ -205,7 +205,7 @@ proptest! {
     ) {
         let mut scene = Scene::default();
         let meshes = meshes(&mut scene);
-        // Before, behind and around the eye; mirrored and flat. The first one hides many others.
+        // In front of the eye, behind it and around it; mirrored and flat. The first one hides many others.
         scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
         for (mesh, at, scale) in placed {
             let at = Vec3::from(at) * Vec3::new(8.0, 4.0, 12.0) - Vec3::Z * 7.0;

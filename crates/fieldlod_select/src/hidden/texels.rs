@@ -73,6 +73,7 @@ impl Texels {
     #[inline(always)]
     fn fill_row(&mut self, triangle: &ScreenTriangle, row: usize, span: [f32; 2], owner: u32) {
         let [left, right] = span;
+        // The row does not meet the triangle.
         if left > right {
             return;
         }

@@ -110,6 +110,7 @@ impl Columns {
         set_sphere(&mut self.spheres, slot, sphere);
         self.occluder_radii[element][lane] = occluder_radius;
         let chunk = (slot / CHUNK) as u32;
+        // Most consecutive changes are in one chunk; `refit` removes the other duplicates.
         if self.dirty.last() != Some(&chunk) {
             self.dirty.push(chunk);
         }

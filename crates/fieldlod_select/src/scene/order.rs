@@ -30,6 +30,7 @@ pub(super) fn sort_along_curve<T: Copy + Ord>(items: &mut Vec<T>, place: impl Fn
 /// The low bits of a number with two zeros between each.
 fn spread(number: u64) -> u64 {
     let mut bits = number.min((1 << BITS) - 1);
+    // Each step halves the runs of bits and moves the upper halves, until every run is one bit.
     for (shift, mask) in [
         (32, 0x001f_0000_0000_ffff),
         (16, 0x001f_0000_ff00_00ff),

@@ -119,9 +119,10 @@ impl GroupTable {
             coarsest_units: std::mem::take(&mut self.coarsest_units),
             coarsest_triangle_count: self.coarsest_triangle_count,
             // An instance of a chain may have been at any level.
-            units: match self.is_chain {
-                true => std::mem::take(&mut self.units),
-                false => Vec::new(),
+            units: if self.is_chain {
+                std::mem::take(&mut self.units)
+            } else {
+                Vec::new()
             },
             ..Self::new(&Hierarchy::default())
         };
@@ -251,6 +252,7 @@ fn is_chain(hierarchy: &Hierarchy) -> bool {
         unit.consumed_by == index
             && unit.producer() == before
             && hierarchy.finer_groups(group) == before.as_slice()
+            // One test of the instance's sphere then decides all levels.
             && group.bounds == groups[0].bounds
             && group.is_terminal() == (index as usize + 1 == groups.len())
     };
@@ -269,6 +271,7 @@ fn coarser_links(hierarchy: &Hierarchy) -> (Vec<u32>, Vec<u32>) {
         let finer = hierarchy.finer_groups(group).iter();
         links.extend(finer.map(|&finer| (finer, index as u32)));
     }
+    // Binary search finds the first link of each group.
     links.sort_unstable();
     links.dedup();
     let first = |group: usize| links.partition_point(|&(finer, _)| (finer as usize) < group) as u32;

@@ -60,13 +60,16 @@ impl BoundsTest {
         let most = instance.camera_per_local;
         let factor = most * ROUNDING / threshold_px;
         let weights = settings.error_weights();
-        let error_px = match weights.counts_error {
-            true => (px.x * px.y * secant * secant * secant).sqrt() * factor,
-            false => 0.0,
+        let error_px = if weights.counts_error {
+            (px.x * px.y * secant * secant * secant).sqrt() * factor
+        } else {
+            0.0
         };
+        // Deviations count the larger axis and the secant in full: see the criterion's pixel scale.
         let deviation_px = px.max_element() * secant * secant * factor;
         let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
         let reach = instance.origin_in_camera.length() + most * size;
+        // Squares of smaller lengths may underflow.
         let slack = POSITION_SLACK * reach + drift * ROUNDING + 1e-14;
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
@@ -90,6 +93,7 @@ impl BoundsTest {
         for (lane, passes) in passes.iter_mut().enumerate() {
             *passes = u8::from(test.is_far(bounds.at(lane)));
         }
+        // Often all eight are far enough, and need no test of the sides.
         if let Some(sides) = sides
             && passes != [1; LANES]
         {

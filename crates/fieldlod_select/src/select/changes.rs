@@ -46,6 +46,7 @@ impl Changes {
 
     /// Starts a first frame.
     pub(crate) fn begin_first(&mut self, scene: &Scene) {
+        // Copies, because the scene may have removed a mesh by the time the changes are read.
         let coarsest = scene.tables().map(|table| table.coarsest_units.clone());
         self.coarsest = Some(coarsest.collect());
     }

@@ -67,6 +67,7 @@ impl SceneCuts {
                 None => self.depth_image = Some(OcclusionBuffer::new(scene, view, triangles)),
             }
         }
+        // Shares start anew when a camera enables visible flux again.
         let count = flux.map_or(0, |_| self.memories.len());
         self.level_shares.resize(count, LevelShare::default());
     }
@@ -78,9 +79,11 @@ impl SceneCuts {
         test.look(&columns.chunks, &self.limits.chunks, &mut chunks);
         let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for chunk in chunks.iter().flat_map(Looked::near) {
+            // Lanes beyond the last chunk.
             if chunk.slot >= chunk_count {
                 continue;
             }
+            // Decisions since the last pass left the limits of the chunk unknown.
             self.limits.refit(chunk.slot);
             let first = chunk.slot * (CHUNK / LANES);
             let end = self.limits.instances.len().min(first + CHUNK / LANES);
@@ -112,6 +115,7 @@ impl SceneCuts {
         };
         self.changes.record(instance, before, now);
         self.triangle_count = self.triangle_count + triangles - triangles_before;
+        // Only now, because `before` borrows its units.
         if let InstanceState::Mixed(key) = was {
             self.pool.free.push(key);
         }

@@ -18,6 +18,7 @@ use crate::view::InstanceView;
 /// refined with them.
 ///
 /// The bits equal the decisions by [`group_error_px`](crate::group_error_px) of every group.
+#[cfg(any(test, feature = "test-support"))]
 pub fn refine(
     table: &GroupTable,
     instance: &InstanceView,
@@ -91,9 +92,13 @@ impl<'a> Decision<'a> {
             // The lower threshold counts only for refined groups that are not terminal.
             let may_leave = |word: usize| was(word) & !table.terminal[first + word] != 0;
             let any_may_leave = (0..words.len()).any(may_leave);
-            let live = |test: &BoundsTest, bounds: &EightBounds| match has_bounds {
-                true => !test.passes(bounds) & 0xff,
-                false => 0xff,
+            // The bits of bounds that may hold a group above the threshold.
+            let live = |test: &BoundsTest, bounds: &EightBounds| {
+                if has_bounds {
+                    !test.passes(bounds) & 0xff
+                } else {
+                    0xff
+                }
             };
             // 64 groups at once, then eight, then each.
             let test = self.bounds_test(table, any_may_leave);
@@ -107,6 +112,7 @@ impl<'a> Decision<'a> {
                     bits |=
                         u64::from(self.decide_block(table, block, was_refined)) << (index * LANES);
                 }
+                // Lanes beyond the last group are zeros, whose errors are 0: a negative threshold refines them.
                 words[word] |= bits & table.present_in(first + word);
             }
         }
@@ -141,6 +147,7 @@ impl<'a> Decision<'a> {
         };
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
+        // Most instances need one of the two tests only.
         test.get_or_init(|| {
             let drift = self.criterion.drift.distance;
             BoundsTest::new(instance, settings, size, camera, threshold_px, drift)

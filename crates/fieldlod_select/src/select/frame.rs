@@ -45,6 +45,7 @@ impl<'a> Frame<'a> {
     /// Whether instances may keep their states. After other changes each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
+            // These change what is drawn within the same limits.
             let hides = input.settings.visible_flux.is_some();
             let forced_level = input.settings.forced_level;
             (
@@ -91,6 +92,7 @@ impl Input {
             eye_in_world: last.view.eye_in_world,
             ..self.view
         };
+        // Instances that moved have no hold any more: see `update_limits_of`.
         let is_same = self.available_revision == last.available_revision;
         is_same && view == last.view && self.settings == last.settings
     }

@@ -59,6 +59,7 @@ impl InstanceCut {
         std::mem::swap(&mut self.own, &mut self.own_before);
         decision(&self.shares, &self.refined, &mut self.own);
         let are_units_known = self.available_revision == table.available_revision;
+        // Most decisions equal those of the last frame: closing them again would give the same cut.
         if self.own == self.own_before && are_units_known {
             return false;
         }

@@ -48,6 +48,7 @@ impl InstanceState {
     pub(crate) fn limits(self, frame: &Frame, slot: usize) -> Limits {
         match self {
             Self::Empty => Limits::EMPTY,
+            // No error changes a forced level.
             _ if frame.settings.forced_level.is_some() => Limits::FIXED,
             _ => self
                 .limits_in_local(frame)

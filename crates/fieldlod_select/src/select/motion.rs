@@ -16,7 +16,7 @@ use crate::view::stretch::largest_stretch;
 /// took 0.24 ms at least.
 const FRAMES_AHEAD: f32 = 4.0;
 
-/// All motion so far.
+/// All motion so far, in `f64`: the sum of many small steps loses digits in `f32`.
 #[derive(Debug, Default)]
 pub(crate) struct Odometer {
     travel: f64,
@@ -75,6 +75,7 @@ fn motion_between(last: &Input, now: &Input) -> Option<Motion> {
         return None;
     }
     let turn = last_pose.camera_from_world - pose.camera_from_world;
+    // The factors are larger than the rounding of the differences.
     let motion = Motion {
         travel: last_pose.eye_in_world.distance(pose.eye_in_world) * 1.001,
         turn: largest_stretch(&turn) * 1.001,

@@ -64,6 +64,7 @@ impl SceneCuts {
         let coarsest = table.group_count - 1;
         let was = match candidate.was {
             InstanceState::AtLevel(_, level) => usize::from(level),
+            // While some groups were not loaded, the instance had a cut of groups.
             InstanceState::Mixed(key) => self.pool.at(key).refined[0].trailing_zeros() as usize,
             _ => coarsest,
         };
@@ -75,9 +76,10 @@ impl SceneCuts {
                 certain.unwrap_or_else(|| self.exact_level(frame, candidate, was))
             }
         };
-        let state = match level == coarsest {
-            true => InstanceState::Coarsest(candidate.mesh),
-            false => InstanceState::AtLevel(candidate.mesh, level as u8),
+        let state = if level == coarsest {
+            InstanceState::Coarsest(candidate.mesh)
+        } else {
+            InstanceState::AtLevel(candidate.mesh, level as u8)
         };
         self.draw_whole(frame, candidate.near.slot, state);
     }
@@ -123,6 +125,7 @@ impl SceneCuts {
             return;
         };
         let share = &mut self.level_shares[candidate.near.slot];
+        // Tries of a budget search count as one frame for the held shares. A share that is not held follows each try.
         if !(frame.are_shares_known && is_refined) {
             let now = image.share_of_all(candidate.table, candidate.id, candidate.placed);
             share.update(now.unwrap_or(HIDDEN), is_refined, flux.hold_frames);
@@ -139,6 +142,7 @@ impl SceneCuts {
         let &Candidate {
             table, id, placed, ..
         } = candidate;
+        // A refined instance that disappears waits for its held shares.
         if !matches!(
             candidate.was,
             InstanceState::Empty | InstanceState::Coarsest(_)
@@ -172,6 +176,7 @@ impl SceneCuts {
             return false;
         };
         let settings = frame.settings;
+        // A visible share may change in any frame, and a forced level needs no hold.
         let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
         let ahead = self.odometer.ahead.filter(|_| may_hold);
         let drift = ahead.and_then(|ahead| frame.test.lens.drift(&placed.sphere, ahead));
@@ -239,10 +244,12 @@ impl SceneCuts {
         let may_rest = settings.forced_level.is_none()
             && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
         let is_coarsest = may_rest && cut.refined == table.coarsest_refined;
+        // The changes to this cut are recorded. The coarsest state has the same units, and frees the cut.
         self.memories[slot].state = InstanceState::Mixed(key);
-        let state = match is_coarsest {
-            true => InstanceState::Coarsest(candidate.mesh),
-            false => InstanceState::Mixed(key),
+        let state = if is_coarsest {
+            InstanceState::Coarsest(candidate.mesh)
+        } else {
+            InstanceState::Mixed(key)
         };
         self.draw_whole(frame, slot, state);
     }

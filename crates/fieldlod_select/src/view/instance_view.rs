@@ -1,7 +1,6 @@
 //! The map of one instance from local space to camera space.
 
 use camera_field::Camera;
-use fieldlod_hierarchy::Sphere;
 use glam::{Affine3A, Mat3, Vec3};
 
 use super::View;
@@ -34,6 +33,7 @@ impl InstanceView {
         let normal_map = normal_map(&camera_from_local);
         let (normal_in_camera_from_local, seen_stretch) = if is_similarity(&camera_from_local) {
             (
+                // The cofactors of a similarity of scale s are s² times its rotation.
                 normal_map * (1.0 / (camera_per_local * camera_per_local)),
                 None,
             )
@@ -52,9 +52,13 @@ impl InstanceView {
     }
 
     /// A sphere that holds the image of `sphere`, in camera space.
+    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
-    pub fn sphere_in_camera(&self, sphere: &Sphere) -> Sphere {
-        Sphere {
+    pub fn sphere_in_camera(
+        &self,
+        sphere: &fieldlod_hierarchy::Sphere,
+    ) -> fieldlod_hierarchy::Sphere {
+        fieldlod_hierarchy::Sphere {
             center: self.camera_from_local * sphere.center + self.origin_in_camera,
             radius: self.camera_per_local * sphere.radius,
         }

@@ -86,9 +86,11 @@ impl ShadowTest {
     pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
         let mut dark = [1; LANES];
         for light in &self.lights {
+            // A sun whose rays leave over no side lights everything: nothing is dark.
             let mut inside_by = [f32::INFINITY; LANES];
             match light {
                 LightTest::Sun(sides) => {
+                    // Beyond one such side, the whole shadow stays beyond it.
                     for (inward, offset) in sides {
                         for (lane, least) in inside_by.iter_mut().enumerate() {
                             let (center, radius) = sphere_at(seen, lane);

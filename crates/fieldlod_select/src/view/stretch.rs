@@ -63,6 +63,8 @@ fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
     let minors = a.x * b.y - a.y * b.x + a.x * c.z - a.z * c.x + b.y * c.z - b.z * c.y;
     let determinant = a.dot(b.cross(c));
     let mut root = above;
+    // Each step stays above the root, so that fewer steps only give a looser bound. In the tests, 12 steps come within
+    // 1e-5 of a stretch of 3.
     for _ in 0..12 {
         let slope = (3.0 * root - 2.0 * trace) * root + minors;
         let value = ((root - trace) * root + minors) * root - determinant;
@@ -71,6 +73,7 @@ fn largest_eigenvalue(gram: &DMat3, above: f64) -> f64 {
         }
         root -= value / slope;
     }
+    // More than the rounding of the last step in `f64`.
     root * (1.0 + 1e-9)
 }
 
@@ -88,7 +91,8 @@ pub(crate) struct SeenStretch {
     trace: f32,
 }
 
-/// Rounding of the quadratic forms above, relative to the trace.
+/// Bound of the rounding of the quadratic forms above, relative to the trace: some units of the last place of `f32`. With
+/// a smaller one, the stretch may be too small; a larger one refines flattened instances.
 const ROUNDING: f32 = 1e-6;
 
 impl SeenStretch {

@@ -11,7 +11,7 @@ const COARSER_TRIANGLES: u32 = 40;
 /// one terminal group at the end: `(4^(levels + 1) − 1) / 3` groups.
 ///
 /// Every group passes its simplification to its coarser group and to that of its neighbour, so that
-/// the links form a graph, no tree. The error of level `k` is `finest_error · 2.2^k`.
+/// the links form a graph, not a tree. The error of level `k` is `finest_error · 2.2^k`.
 pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
     let template = fixtures::two_level_strip();
     let first_of_level: Vec<u32> = (0..=levels)

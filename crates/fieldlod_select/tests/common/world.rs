@@ -171,9 +171,12 @@ impl Naive {
     ) {
         let hierarchy = &hierarchies()[placed.mesh];
         if let Some(level) = settings.forced_level {
-            let error_px = |group: usize| match hierarchy.groups[group].level >= level {
-                true => f32::INFINITY,
-                false => 0.0,
+            let error_px = |group: usize| {
+                if hierarchy.groups[group].level >= level {
+                    f32::INFINITY
+                } else {
+                    0.0
+                }
             };
             return select_with(hierarchy, &LodSettings::default(), &mut self.cut, error_px);
         }
@@ -208,14 +211,16 @@ impl Naive {
         self.shares.resize(before.len(), HeldShare::default());
         let update = |(group, held): (usize, &mut HeldShare)| {
             // A mesh that is drawn as a whole holds one share for all refined levels.
-            let was_refined = match is_whole {
-                true => before[..last].contains(&true),
-                false => before[group],
+            let was_refined = if is_whole {
+                before[..last].contains(&true)
+            } else {
+                before[group]
             };
             held.update(seen[group], was_refined, flux.hold_frames);
-            let share = match is_whole && !before[group] {
-                true => seen[group],
-                false => held.share,
+            let share = if is_whole && !before[group] {
+                seen[group]
+            } else {
+                held.share
             };
             share.max(flux.least_share).min(1.0)
         };

@@ -15,7 +15,8 @@ use crate::scene::lod_scene::LodScene;
 /// Objects that may have units, which are their children.
 type HasUnits = (With<LodObject>, With<Children>);
 
-/// Objects without a [`StandardMaterial`].
+/// Objects without a [`StandardMaterial`]. In Bevy, resources are entities too: `EntityRef` alone would conflict with all
+/// systems that write resources.
 type OtherMaterials = (
     HasUnits,
     Without<MeshMaterial3d<StandardMaterial>>,
@@ -40,6 +41,7 @@ pub(super) fn renew_units_of_other_materials(
     ticks: SystemChangeTick,
     commands: Commands,
 ) {
+    // `Changed` needs the type of the component.
     let is_new = |tick: Tick| tick.is_newer_than(ticks.last_run(), ticks.this_run());
     let has_changed = |entity: &EntityRef| {
         inherited.materials().iter().any(|&id: &ComponentId| {

@@ -25,6 +25,7 @@ impl InheritedComponents {
     /// Adds a component.
     pub(super) fn add(&mut self, component: ComponentId) {
         self.added.push(component);
+        // The next update includes it, even if no component type is new.
         self.known = 0;
     }
 
@@ -35,6 +36,7 @@ impl InheritedComponents {
 
     /// Looks for material types that were registered since the last update.
     pub(crate) fn update(&mut self, world: &mut World) {
+        // Component types are only ever added.
         if self.known == world.components().len() && self.known > 0 {
             return;
         }
@@ -100,6 +102,7 @@ fn clone_components(
     }
     EntityCloner::build_opt_in(world)
         .move_components(moves)
+        // A required component may be one that the unit has its own of, such as its transform.
         .without_required_components(|cloner| {
             cloner.allow_by_ids(present);
         })

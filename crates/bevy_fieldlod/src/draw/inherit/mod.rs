@@ -23,10 +23,11 @@ pub(crate) use components::InheritedComponents;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct RenewUnits;
 
-/// Copies changed components of objects to their units.
+/// Registers the inherited components and the systems that copy their changes.
 pub(crate) fn plugin(app: &mut App) {
     let has_units = |scene: Res<LodScene>| scene.has_units();
     app.init_resource::<InheritedComponents>()
+        // Material types are found by their names in the registry; without a `MaterialPlugin`, it lacks this one.
         .register_type::<MeshMaterial3d<StandardMaterial>>()
         .configure_sets(
             PostUpdate,
@@ -81,6 +82,7 @@ impl FieldLodAppExt for App {
     fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self {
         let world = self.world_mut();
         let component = world.register_component::<C>();
+        // A game may call this before it adds the plugin.
         world.init_resource::<InheritedComponents>();
         world.resource_mut::<InheritedComponents>().add(component);
         self.add_systems(PostUpdate, renew_units_of_changed::<C>.in_set(RenewUnits))

@@ -12,7 +12,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::prepare::source_arrays::SourceArrays;
 
-/// The beginning of the hash that names an entry. Another version may bake differently or write another format.
+/// The beginning of the hash that names an entry: the versions of the baker and of the format, and the configuration.
 pub(super) fn hasher(config: &BakeConfig) -> Xxh3 {
     let mut hasher = Xxh3::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
@@ -43,7 +43,7 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     };
     let file = BakedFile::from_bytes_beside_source(&bytes);
     let file = file.inspect_err(|error| unusable(error)).ok()?;
-    let found = source.find_hierarchy(&file, None, "it");
+    let found = source.find_hierarchy(&file, None, "the entry");
     found.inspect_err(|error| unusable(error)).ok()
 }
 

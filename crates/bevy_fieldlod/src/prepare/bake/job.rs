@@ -34,6 +34,7 @@ impl BakeJob {
         baked: &BakedFile,
         file: &str,
     ) -> Result<(), LodError> {
+        // Without bakes at run time, levels of the file are better than none.
         let Some(member) = self.member.as_ref().filter(|_| self.threads.is_some()) else {
             return Ok(());
         };
@@ -62,6 +63,7 @@ impl BakeJob {
         let names = EntryNames::of(&source, &self.config, together);
         let folder = self.cache_folder.as_ref();
         let path = |has_surfaces| folder.map(|folder| folder.join(names.name(has_surfaces)));
+        // Whether the bake depends on surfaces is known only after it.
         let mut entries = [false, true].into_iter().filter_map(path);
         if let Some(found) = entries.find_map(|entry| cache::read(&entry, &source)) {
             return Ok((found, LodOrigin::Cache));

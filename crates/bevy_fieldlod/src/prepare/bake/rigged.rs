@@ -103,6 +103,7 @@ impl RiggedBake {
         &self,
         mesh: &SourceArrays,
     ) -> Result<(Hierarchy, LodOrigin), LodError> {
+        // The first task reads the file; the tasks of its other primitives wait.
         let imported = self.file.imported.get_or_init(|| self.import());
         let imported = imported.as_ref().map_err(Clone::clone)?;
         let entry = self.entry(imported);
@@ -134,7 +135,7 @@ impl RiggedBake {
         let path = &self.file.path;
         let bytes = block_on(read(&self.assets, path, path.path()));
         let bytes = bytes.ok_or_else(|| LodError::FileNotLoaded { file: self.name() })?;
-        // Images are read in any order.
+        // Names are sorted, because files beside the glTF file are read in any order.
         let hashes: Mutex<BTreeMap<String, u128>> = Mutex::default();
         let beside = |name: &str| {
             let beside = path.path().with_file_name(name);

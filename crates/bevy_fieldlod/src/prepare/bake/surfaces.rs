@@ -79,11 +79,12 @@ impl Materials<'_> {
     }
 }
 
+/// No surface, or `NotYet` while an asset is being loaded.
 fn unless_loading(is_loading: bool) -> Result<Option<Surface>, NotYet> {
     if is_loading { Err(NotYet) } else { Ok(None) }
 }
 
-/// The alpha mode of a surface; `None` for additive and multiplicative blending.
+/// The alpha mode of a surface; `None` for additive and multiplicative blending, which cover nothing.
 fn alpha_of(mode: AlphaMode) -> Option<SurfaceAlpha> {
     match mode {
         AlphaMode::Opaque => Some(SurfaceAlpha::Opaque),
@@ -95,7 +96,8 @@ fn alpha_of(mode: AlphaMode) -> Option<SurfaceAlpha> {
     }
 }
 
-/// The surface with a texture; `None` for images in other formats than four bytes per texel.
+/// The surface with a texture; `None` for images that are not in main memory, and for formats other than four bytes per
+/// texel.
 fn with_image(plain: Surface, mapping: TextureMapping, image: &Image) -> Option<Surface> {
     // Without this usage, the data is present only until the renderer takes it, and the result would depend on timing.
     if !image.asset_usage.contains(RenderAssetUsages::MAIN_WORLD)
@@ -112,13 +114,14 @@ fn with_image(plain: Surface, mapping: TextureMapping, image: &Image) -> Option<
     let (texels, _) = image.data.as_ref()?.as_chunks::<4>();
     let size = UVec2::new(image.width(), image.height());
     let width = size.x as usize;
+    // The data of smaller mip levels follows.
     let texels = texels.get(..width * size.y as usize)?;
     let texel = |x: u32, y: u32| {
-        let [a, g, b, alpha] = texels[y as usize * width + x as usize];
+        let [first, green, third, alpha] = texels[y as usize * width + x as usize];
         if is_bgra {
-            [b, g, a, alpha]
+            [third, green, first, alpha]
         } else {
-            [a, g, b, alpha]
+            [first, green, third, alpha]
         }
     };
     Some(plain.with_texture(size, mapping, texel))

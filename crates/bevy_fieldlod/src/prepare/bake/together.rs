@@ -87,6 +87,7 @@ impl AllTogether {
         candidates: &Candidates<'_>,
         surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotYet>,
     ) -> Result<Option<Member>, NotYet> {
+        // The mesh may have left its last group, because the group or the configuration has changed.
         self.others_of.remove(&mesh);
         let is_expected =
             |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;

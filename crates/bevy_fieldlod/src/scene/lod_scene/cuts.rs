@@ -51,7 +51,7 @@ impl LodScene {
         }
     }
 
-    /// Empties the cut of a view. Whole meshes then ignore the view.
+    /// Empties the cut of a view.
     pub(crate) fn clear_view(&mut self, cut: &mut ViewCut) {
         cut.unit_count = 0;
         for record in cut.visibility.take() {
@@ -59,12 +59,14 @@ impl LodScene {
                 self.idle_units.push_back((record, self.frame));
             }
         }
+        // Their level is the finest of the other views.
         self.swap_all_whole_meshes();
     }
 
     /// Removes up to `most` units that no view has drawn for `idle_frames`, and returns their entities.
     pub(crate) fn take_idle_units(&mut self, idle_frames: u32, most: usize) -> Vec<Entity> {
         let mut entities = Vec::new();
+        // Entries are in the order of frames, so the first that is too young ends the search.
         while entities.len() < most
             && let Some(&(record, since)) = self.idle_units.front()
             && self.frame.wrapping_sub(since) > idle_frames

@@ -41,10 +41,11 @@ pub(crate) struct LodScene {
     pub(crate) has_incomplete_sources: bool,
     /// How many instances are drawn as units.
     clustered_count: usize,
-    /// Meshes that no entity requests. They are freed one frame after their last instance, because the changes
-    /// of that frame still refer to them.
+    /// Meshes that no entity requests, and those of them without instances. A mesh is freed one frame after its last
+    /// instance, because the changes of that frame still refer to it.
     retired: Vec<Arc<LodMesh>>,
     unused: Vec<Arc<LodMesh>>,
+    /// Counts frames.
     frame: u32,
 }
 
@@ -104,7 +105,7 @@ impl LodScene {
             return id;
         }
         let LodObject { mesh, auto_lod, .. } = object;
-        // A new entity starts at its finest level, or without any unit.
+        // Bevy draws the source of a new entity: the finest level, or a source of units that no cut has replaced yet.
         let (kind, level) = if mesh.kind == LodKind::WholeMesh {
             (DrawKind::WholeMesh, Some(0))
         } else {
@@ -162,7 +163,7 @@ impl LodScene {
             let triangles = u64::from(instance.mesh.triangles_full);
             *self.triangles_on(before) -= triangles;
             *self.triangles_on(layers) += triangles;
-            // Views without a cut report no changes.
+            // Selectors report the change to views with a cut. Other views draw the object or not by its layers alone.
             self.whole_meshes_to_swap.push(id.index() as u32);
         }
     }
@@ -187,7 +188,7 @@ impl LodScene {
 
     /// Whether any entity has units, or will have some.
     pub(crate) fn has_units(&self) -> bool {
-        self.clustered_count > 0 || self.records.has_units()
+        self.clustered_count > 0
     }
 
     pub(crate) fn instance(&self, index: u32) -> Option<&LodInstance> {
@@ -228,12 +229,14 @@ impl LodScene {
     /// Frees unused meshes and records, before the cuts of a frame are selected.
     pub(crate) fn begin_frame<'a>(&mut self, views: impl Iterator<Item = &'a mut CutVisibility>) {
         self.frame = self.frame.wrapping_add(1);
+        // Meshes that became unused in the last frame. Each view has selected without their instances since.
         for mesh in self.unused.drain(..) {
             self.scene.remove_mesh(mesh.id);
         }
         let is_unused = |mesh: &mut Arc<LodMesh>| Arc::strong_count(mesh) == 1;
         self.unused.extend(self.retired.extract_if(.., is_unused));
-        // A number is reused only after every view has cleared its bit.
+        // A record is reused only after every view has cleared its bit: otherwise a new unit would be in the cut of an old
+        // one.
         if !self.records.freed().is_empty() {
             views.for_each(|view| view.remove(self.records.freed()));
             self.records.recycle();

@@ -24,6 +24,7 @@ fn set(limits: &mut [EightLimits], index: usize, Limits { lowest, highest }: Lim
 impl LimitColumns {
     /// Resizes the columns to `count` instances.
     pub(crate) fn resize(&mut self, count: usize) {
+        // Lanes beyond the last instance stay empty, and are never near.
         let elements = count.div_ceil(LANES);
         self.instances.resize(elements, EMPTY);
         let chunks = elements.div_ceil(CHUNK / LANES).div_ceil(LANES);
@@ -50,12 +51,13 @@ impl LimitColumns {
                 most[lane] = larger(highest[lane], most[lane]);
             }
         }
-        let limits = match are_coarsest == [1; LANES] {
-            true => Limits {
+        let limits = if are_coarsest == [1; LANES] {
+            Limits {
                 lowest: f32::INFINITY,
                 highest: most.into_iter().fold(f32::NEG_INFINITY, larger),
-            },
-            false => Limits::UNKNOWN,
+            }
+        } else {
+            Limits::UNKNOWN
         };
         set(&mut self.chunks, chunk, limits);
     }

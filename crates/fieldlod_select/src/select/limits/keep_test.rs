@@ -132,15 +132,18 @@ impl KeepTest {
         let is_orthographic = matches!(view.camera, Camera::Orthographic(_));
         // NaN for a view that scales and for negative thresholds: then no instance passes.
         let unit = view.camera_from_world.x_axis.length();
+        // The tolerance of a similarity.
         let is_rigid = is_similarity(&view.camera_from_world) && (unit - 1.0).abs() < 1e-4;
-        let one = match is_rigid && thresholds.coarsen_below_px >= 0.0 {
-            true => 1.0,
-            false => f32::NAN,
+        let one = if is_rigid && thresholds.coarsen_below_px >= 0.0 {
+            1.0
+        } else {
+            f32::NAN
         };
         let px = px_per_unit(&view.camera) * one;
-        let per_unit = match counts_error {
-            true => (px.x * px.y).sqrt(),
-            false => px.max_element(),
+        let per_unit = if counts_error {
+            (px.x * px.y).sqrt()
+        } else {
+            px.max_element()
         };
         let on_axis = match settings.advanced.offscreen {
             Offscreen::Coarsest => None,
@@ -179,6 +182,7 @@ impl KeepTest {
         with_avx2(
             #[inline(always)]
             || {
+                // A local copy, as the doc of `LensTest` explains.
                 let lens = self.lens;
                 for (element, (spheres, limits)) in elements {
                     let dark = self.dark(spheres);
@@ -275,7 +279,8 @@ impl LensTest {
         let distance = sighted.seen.dot(sighted.seen).sqrt();
         let displacement =
             motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
-        // A longer way changes errors by more than the hysteresis, so that few cuts would pass.
+        // A longer way changes errors by more than the hysteresis, so that few cuts would pass. With 0.05 to 0.4, a walk
+        // among 10,000 rocks took as long.
         if displacement > 0.1 * distance {
             return None;
         }
@@ -284,20 +289,23 @@ impl LensTest {
         let width = usize::from(self.on_axis.is_none());
         let inside_by = self.inside_by(width, &sighted);
         let stays_inside = reach < inside_by;
-        // Outside of both views, errors count as on the axis.
+        // Within half of the gap to the instance, no group reaches the camera.
         let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
         let reached = Sighted {
             radius: reach,
             ..sighted
         };
+        // Outside of both views, errors count as on the axis.
         let stays_outside = self.on_axis.is_some()
             && is_apart
             && self.is_outside(0, &reached)
             && self.is_outside(1, &reached);
-        let chord = match self.is_orthographic {
-            true => motion.turn,
-            false => motion.travel / (distance - reach),
+        let chord = if self.is_orthographic {
+            motion.turn
+        } else {
+            motion.travel / (distance - reach)
         };
+        // The chord has a margin for the rounding of unit vectors.
         (stays_inside || stays_outside).then_some(Drift {
             distance: displacement,
             chord: chord + 1e-4,
@@ -331,17 +339,19 @@ impl LensTest {
     #[inline(always)]
     fn inside_by(&self, width: usize, sighted: &Sighted) -> f32 {
         let inside_by = self.sides[width].least_inside(sighted.seen);
-        let before = smaller(inside_by, sighted.seen.z);
+        // The sides of a perspective view meet at the eye; behind it, their signs are reversed.
+        let in_front_by = smaller(inside_by, sighted.seen.z);
         if self.is_orthographic {
             inside_by
         } else {
-            before
+            in_front_by
         }
     }
 
     /// The largest error of groups that are certainly not refined, by whether they were.
     #[inline(always)]
     fn coarse(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
+        // Without `on_axis`, errors outside are 0: any error is allowed there.
         let mut in_view = bounds.in_view[0] * self.scale.coarse[width];
         let mut outside = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
@@ -357,6 +367,7 @@ impl LensTest {
     /// The error above which groups are certainly refined, by whether they were.
     #[inline(always)]
     fn fine(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
+        // On the edge of the view, no error certainly refines.
         let in_view = bounds.in_view[1] * self.scale.fine[width];
         let mut elsewhere = f32::INFINITY;
         if let Some(scale) = &self.on_axis {
@@ -387,6 +398,7 @@ impl LensTest {
         let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
         let tangent_length = (gap * (distance + radius)).sqrt();
         let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
+        // Below the true cosine in spite of rounding, but not below that of the widest corner.
         let cosine = larger(cosine - 1e-5, least_cosine);
         let depth = larger(seen.z - radius, gap * cosine);
         let (of_error, of_deviation) = (depth * cosine.sqrt(), depth * cosine);

@@ -27,6 +27,7 @@ impl SceneCuts {
         };
         self.memories.resize(count, nothing);
         let keeps_states = frame.keeps_states();
+        // The units of limits depend on the proportion of both thresholds, not on their size: a zoom keeps them.
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
                 for &slot in changed {
@@ -56,6 +57,7 @@ impl SceneCuts {
             self.memories.push(InstanceMemory { instance, state });
             self.triangle_count += triangles;
             let limits = match seen {
+                // The pass of this frame brings every instance to the level.
                 _ if frame.settings.forced_level.is_some() => Limits::UNKNOWN,
                 Some(_) => limits.scaled(columns.error_scales[slot]),
                 None => Limits::EMPTY,
@@ -76,13 +78,15 @@ impl SceneCuts {
         }
         let seen = occupant.seen_mesh(frame.view.layers);
         let state = self.memories[slot].state;
+        // A hold bounds the motion of the camera only, not that of the instance.
         if let InstanceState::Mixed(key) = state {
             self.pool.at_mut(key).hold = None;
         }
         let is_free = frame.settings.forced_level.is_none();
-        let limits = match keeps_states && is_free && state.mesh() == seen {
-            true => state.limits(frame, slot),
-            false => Limits::UNKNOWN,
+        let limits = if keeps_states && is_free && state.mesh() == seen {
+            state.limits(frame, slot)
+        } else {
+            Limits::UNKNOWN
         };
         self.limits.set(slot, limits);
     }

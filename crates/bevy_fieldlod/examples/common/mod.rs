@@ -79,13 +79,12 @@ impl Plugin for PicturePlugin {
         let target = Image::new_target_texture(640, 360, TextureFormat::Rgba8UnormSrgb, None);
         let target = app.world_mut().resource_mut::<Assets<Image>>().add(target);
         let (file, begun) = (self.0.clone(), Instant::now());
-        let frame = Duration::from_millis(16);
         app.insert_resource(Picture {
             file,
             target,
             begun,
         })
-        .insert_resource(TimeUpdateStrategy::ManualDuration(frame))
+        .insert_resource(TimeUpdateStrategy::ManualDuration(Duration::ZERO))
         .add_systems(PreUpdate, redirect_cameras)
         .add_systems(Last, take_picture);
     }
@@ -109,10 +108,14 @@ fn take_picture(
     picture: Res<Picture>,
     progress: Res<FieldLodProgress>,
     memory: Res<FieldLodMemory>,
+    mut time: ResMut<TimeUpdateStrategy>,
     mut ready_frames: Local<u32>,
     mut exit: MessageWriter<AppExit>,
 ) {
     let is_ready = progress.ready > 0 && progress.waiting == 0 && memory.missing_pages == 0;
+    // Time starts with the levels: a picture does not depend on how long they took.
+    let frame = Duration::from_millis(if is_ready { 16 } else { 0 });
+    *time = TimeUpdateStrategy::ManualDuration(frame);
     // Waits a few frames, because uploaded meshes are drawn in the next frame.
     *ready_frames += u32::from(is_ready);
     if is_ready && *ready_frames == 6 {

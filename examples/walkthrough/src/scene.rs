@@ -134,7 +134,6 @@ fn spawn(world: &mut World) {
         shapes.insert(id, (mesh, materials.add(material), bounds, triangles));
     }
 
-    // The instances of the shapes.
     let options = *world.resource::<ViewOptions>();
     for placed in layout::place_all(world.resource::<Quality>().vegetation) {
         let (mesh, material, bounds, triangles) = &shapes[&placed.shape];

@@ -21,6 +21,8 @@ pub use prop::Prop;
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
 /// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
+/// Number of view directions. Levels of plants differ between directions; the time grows with the number.
+const DIRECTIONS: u32 = 8;
 /// Field of view of the pictures, in degrees. It is narrow, because props are small on screen when they are far away.
 const FOVY_DEG: f32 = 10.0;
 
@@ -65,14 +67,13 @@ pub fn measure(
     renderer: &Renderer,
     name: &str,
     baked: &[Hierarchy],
-    directions: u32,
 ) -> Result<PropResult, RenderError> {
     let prop = Prop::new(renderer, baked);
     let levels = prop.levels();
-    let share = f64::from(directions).recip();
+    let share = f64::from(DIRECTIONS).recip();
     let mut looks = vec![vec![Look::default(); RADII_PX.len()]; levels.len()];
     for (at, &radius_px) in RADII_PX.iter().enumerate() {
-        for direction in (0..directions).map(|index| direction(index, directions)) {
+        for direction in (0..DIRECTIONS).map(|index| direction(index, DIRECTIONS)) {
             let eye = eye(&prop.sphere, direction, radius_px);
             let reference = prop.draw(renderer, &eye, &prop.source())?;
             let look = |units: &[Vec<u32>]| {

@@ -15,31 +15,34 @@ const EYE_HEIGHT: f32 = 1.7;
 /// Smallest distance from an eye to an instance, in metres. Nearer, one instance would fill most of the picture.
 const EYE_CLEARANCE: f32 = 2.5;
 
-/// The worlds, each with `frames` frames of a size in pixels.
+/// Frames of each world. Fewer depend more on the places of single eyes; each frame is drawn up to twelve times.
+const FRAMES: usize = 6;
+
+/// The worlds, each with frames of a size in pixels.
 ///
 /// # Errors
 /// [`MeshError`] if a mesh could not be baked.
-pub fn generated_worlds(frames: usize, size_px: Vec2) -> Result<Vec<World>, MeshError> {
+pub fn generated_worlds(size_px: Vec2) -> Result<Vec<World>, MeshError> {
     let maker = |name, side, relief| Maker::new(name, side, relief, size_px);
     Ok(vec![
-        hills(maker("hills", 240.0, 0.8)?, frames)?,
-        street(maker("street", 200.0, 0.0)?, frames)?,
-        wood(maker("wood", 120.0, 0.4)?, frames)?,
+        hills(maker("hills", 240.0, 0.8)?)?,
+        street(maker("street", 200.0, 0.0)?)?,
+        wood(maker("wood", 120.0, 0.4)?)?,
     ])
 }
 
 /// Hills of 19 m with rocks, knots and trees.
-fn hills(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
+fn hills(mut maker: Maker) -> Result<World, MeshError> {
     for seed in 0..3 {
         maker.scatter(&fixtures::rock(4, seed), true, 90, 0.4..2.4)?;
         maker.scatter(&tree(9.0, 14, seed), true, 50, 0.8..1.3)?;
     }
     maker.scatter(&fixtures::torus_knot(256, 40), false, 50, 0.5..1.0)?;
-    Ok(maker.with_eyes(frames, TAU))
+    Ok(maker.with_eyes(TAU))
 }
 
 /// Three streets with houses on both sides; trees, rocks and knots around them.
-fn street(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
+fn street(mut maker: Maker) -> Result<World, MeshError> {
     let sizes = [[14.0, 9.0, 9.0], [14.0, 12.5, 10.0], [14.0, 6.5, 8.0]];
     let mut houses = Vec::new();
     for size in sizes {
@@ -59,16 +62,16 @@ fn street(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
         maker.scatter(&fixtures::rock(4, seed), true, 50, 0.3..0.9)?;
     }
     maker.scatter(&fixtures::torus_knot(256, 40), false, 40, 0.3..0.5)?;
-    Ok(maker.with_eyes(frames, TAU * 0.2))
+    Ok(maker.with_eyes(TAU * 0.2))
 }
 
 /// Nine hundred trees and some rocks on uneven ground.
-fn wood(mut maker: Maker, frames: usize) -> Result<World, MeshError> {
+fn wood(mut maker: Maker) -> Result<World, MeshError> {
     for seed in 0..3 {
         maker.scatter(&tree(11.0, 16, seed), true, 300, 0.7..1.3)?;
         maker.scatter(&fixtures::rock(4, seed), true, 60, 0.3..1.2)?;
     }
-    Ok(maker.with_eyes(frames, TAU))
+    Ok(maker.with_eyes(TAU))
 }
 
 /// A world in construction, with a ground.
@@ -158,8 +161,8 @@ impl Maker {
     }
 
     /// Adds eyes at the height of a pedestrian. They look along +x and −x in turn, off by at most half of `spread`.
-    fn with_eyes(mut self, frames: usize, spread: f32) -> World {
-        for frame in 0..frames {
+    fn with_eyes(mut self, spread: f32) -> World {
+        for frame in 0..FRAMES {
             // Eyes keep away from the border of the ground, beyond which nothing is drawn.
             let at = self.free_place(0.6, EYE_CLEARANCE);
             let from = Vec3::new(at.x, self.height(at) + EYE_HEIGHT, at.y);

@@ -66,8 +66,8 @@ fn meshes_baked_together_need_fewer_triangles() {
     let apart = [&bark, &leaves].map(|mesh| bake_mesh(mesh, &config).unwrap());
     let together = bake_together(&[&bark, &leaves], &config).into_iter();
     let together: Vec<_> = together.map(|baked| baked.unwrap().0).collect();
-    let apart = props::measure(&renderer, "apart", &apart, 8).unwrap();
-    let together = props::measure(&renderer, "together", &together, 8).unwrap();
+    let apart = props::measure(&renderer, "apart", &apart).unwrap();
+    let together = props::measure(&renderer, "together", &together).unwrap();
     for (size, radius_px) in RADII_PX.iter().enumerate() {
         let levels = together.levels.iter();
         let levels = levels.filter(|level| (100..4_000).contains(&level.triangles));

@@ -121,7 +121,6 @@ fn surface_point(row: &Station, sector: u32) -> Vec3 {
     let outline = row.radius * f32::lerp(1.0, square, row.square);
     let flute = FLUTE_DEPTH_IN_M * row.fluted * (angle * FLUTES / 2.0).sin().abs();
 
-    // Wear removes some stone.
     let smooth = Vec3::new(cos * (outline - flute), row.height, sin * (outline - flute));
     // Near the axis, the full depth would turn the surface inside out.
     let depth = wear_in_m(smooth, row) * (row.radius / 0.4).min(1.0);

@@ -16,13 +16,11 @@ pub(crate) fn polygonise(
     voxel_in_m: f32,
     distance_in_m: impl Fn(Vec3) -> f32,
 ) -> (Vec<Vec3>, Vec<u32>) {
-    // First, distances are sampled on a grid of voxels.
     let size = ((max - min) / voxel_in_m).ceil().as_uvec3() + UVec3::ONE;
     let grid = RuntimeShape::<u32, 3>::new(size.to_array());
     let distance_in_voxels = |cell: Vec3| distance_in_m(min + cell * voxel_in_m) / voxel_in_m;
     let samples = sample(size, &grid, distance_in_voxels);
 
-    // Then, surface nets makes polygons from the samples.
     let mut surface = SurfaceNetsBuffer::default();
     let last = (size - UVec3::ONE).to_array();
     surface_nets(&samples, &grid, [0; 3], last, &mut surface);

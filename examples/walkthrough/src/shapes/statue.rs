@@ -38,7 +38,6 @@ fn throne(q: Vec3) -> f32 {
 /// Distance from the right half of the king.
 fn king(q: Vec3) -> f32 {
     let at = Vec3::new;
-    // The parts of the right half of the body.
     let torso = limb(q, at(0.0, 1.3, -0.3), at(0.0, 1.92, -0.36), 0.27, 0.30);
     let shoulders = limb(q, at(0.0, 2.12, -0.36), at(0.38, 2.08, -0.36), 0.16, 0.13);
     let upper_arm = limb(q, at(0.44, 2.05, -0.36), at(0.50, 1.55, -0.2), 0.115, 0.10);
@@ -131,7 +130,6 @@ fn arch(p: Vec3) -> f32 {
     const SPRING_HEIGHT: f32 = 3.3;
     const OPENING_RADIUS: f32 = 2.15;
     let at = Vec3::new;
-    // The parts of the wall, from the bottom up.
     let wall = rounded_box(p, at(0.0, 3.2, 0.0), at(3.6, 3.7, 0.85), 0.08);
     let cornice = rounded_box(p, at(0.0, 6.2, 0.0), at(3.95, 0.22, 1.15), 0.06);
     let attic = rounded_box(p, at(0.0, 6.9, 0.0), at(3.3, 0.55, 0.8), 0.06);

@@ -178,7 +178,6 @@ impl Tree {
 
     /// Makes the polygons of wood and crown, and leaves on the crown.
     fn grow(&self) -> Shape {
-        // The bounds of all parts, with a margin.
         let species = &self.species;
         let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);
         for clump in &self.clumps {

@@ -19,9 +19,6 @@ pub(crate) struct Arguments {
     /// The .gltf or .glb files [default: generated plants]. Of each file, the mesh with the most triangles is measured,
     /// with all its primitives.
     models: Vec<PathBuf>,
-    /// Number of view directions.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    directions: u32,
     /// Print all figures as a JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -37,12 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let config = BakeConfig::default();
     let measured = models.iter().map(|model| {
         let baked = model.bake_plant(&config)?;
-        Ok(props::measure(
-            &renderer,
-            &model.name(),
-            &baked,
-            arguments.directions,
-        )?)
+        Ok(props::measure(&renderer, &model.name(), &baked)?)
     });
     let results: Vec<PropResult> = measured.collect::<Result<_, Failure>>()?;
     print(&results, arguments.json, |results| props::table(results))

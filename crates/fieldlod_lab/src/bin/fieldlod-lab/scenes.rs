@@ -11,9 +11,6 @@ use fieldlod_lab::scenes::{WorldResult, generated_worlds, measure, table};
 /// Needs a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
-    /// Frames of each world.
-    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    frames: u32,
     /// Print all figures as a JSON object instead of tables.
     #[arg(long)]
     json: bool,
@@ -23,7 +20,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let renderer = Renderer::new()?;
     let bar = progress_bar("{msg}  {elapsed}");
     bar.set_message("baking");
-    let worlds = generated_worlds(arguments.frames as usize, (640.0, 360.0).into())?;
+    let worlds = generated_worlds((640.0, 360.0).into())?;
     let mut results = Vec::new();
     for world in &worlds {
         bar.set_message(world.name.clone());

@@ -14,9 +14,6 @@ pub(crate) struct Arguments {
     /// metric on the same hierarchy and on its own.
     #[arg(long)]
     promise: bool,
-    /// Number of cameras.
-    #[arg(long, default_value_t = 500, requires = "promise")]
-    cameras: usize,
     /// Print all figures as a JSON object instead of a table.
     #[arg(long)]
     json: bool,
@@ -37,10 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn run_promise(arguments: &Arguments, bar: &ProgressBar) -> Result<(), Failure> {
-    let effort = Effort {
-        cameras: arguments.cameras,
-        ..Effort::default()
-    };
+    let effort = Effort::default();
     bar.set_length(effort.cameras as u64);
     let runs = Fixture::ALL.map(|fixture| {
         let name = format!("{fixture:?}").to_lowercase();

@@ -25,7 +25,7 @@ pub use verify::{RiggedVerified, verify_rigged};
 
 /// For tests and measurements of levels.
 #[cfg(any(test, feature = "test-support"))]
-pub mod support {
+pub(crate) mod support {
     pub use super::character::{Character, Part};
     pub use super::deviation::deviations;
     pub use super::poses::{Pose, clip_poses, pose_at};

@@ -98,7 +98,7 @@ fn parts_of_a_character_have_equal_levels() {
 /// Levels have source vertices only, and vertices at one position have the same joints. A border that is closed in the
 /// bind pose is therefore closed in all poses.
 #[test]
-fn parts_of_a_character_stay_closed_where_they_meet() {
+fn parts_of_characters_stay_closed_where_they_meet() {
     let parts = bake(&import(&mut character(1.0)));
     let positions: Vec<Vec3> = parts
         .iter()

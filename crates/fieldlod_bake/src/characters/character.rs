@@ -74,7 +74,7 @@ impl<'a> Character<'a> {
                 continue;
             };
             let mesh = primitive.place.mesh_index;
-            // Indices of skins and of meshes overlap, so the key tells which one it has.
+            // Indices of skins and of meshes overlap, so the key holds which one it is.
             let key = (rig.skin.is_none(), rig.skin.unwrap_or(mesh));
             by_key.entry(key).or_default().push(Part {
                 index,

@@ -36,7 +36,7 @@ impl Task<'_> {
                 self.restore(&mut simplified, component);
             }
         }
-        // A component has own vertices, so one corner tells whether a triangle belongs to a restored component.
+        // A component has own vertices, so a triangle belongs to a restored component if its first corner does.
         let simplified_triangles = simplified.corners.as_chunks::<3>().0.iter();
         let others = simplified_triangles.filter(|[own, ..]| !is_restored[*own as usize]);
         corners.extend(others.flatten());

@@ -44,7 +44,7 @@ impl Component {
             self.area += area;
         }
         self.radius = 0.5 * (max - min).length();
-        // Without area, as on a line, the middle of the box stands in for the centroid.
+        // Components on a line have no area. The middle of the box replaces their centroid.
         self.centroid = if self.area > 0.0 {
             moment / self.area
         } else {

@@ -11,7 +11,7 @@
 //!    Simplification of Aggregate Detail, SIGGRAPH 2007).
 //!
 //! Deviations are distances to the nearest surface, even if it belongs to another element. A guarantee bounds the
-//! distance to the nearest leaf; it does not promise that each leaf is drawn.
+//! distance to the nearest leaf; it does not guarantee that each leaf is drawn.
 
 use glam::Vec3;
 
@@ -213,7 +213,7 @@ impl Task<'_> {
         elements
             .iter_mut()
             .for_each(|element| element.triangles.clear());
-        // The simplifier never connects two components, so the first corner tells the element.
+        // The simplifier never connects two components, so all corners are in one element.
         for triangle in left.as_chunks::<3>().0 {
             elements[element_of[triangle[0] as usize]]
                 .triangles

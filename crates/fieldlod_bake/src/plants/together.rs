@@ -393,7 +393,7 @@ impl<'a> Part<'a> {
         push_attribute(&mut self.vertices.uvs_1, &from.uvs_1, vertex);
         push_attribute(&mut self.vertices.colors, &from.colors, vertex);
         let origin = whole.origin_of(vertex).unwrap_or(0) as usize;
-        // A vertex that was welded into another mesh has no own origin. Any own vertex stands in for it.
+        // A vertex that was welded into another mesh has no own origin. Any own vertex replaces it.
         let is_own = range.contains(&origin);
         self.moved_from.push(if is_own {
             (origin - range.start) as u32

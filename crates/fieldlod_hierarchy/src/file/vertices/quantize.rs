@@ -107,7 +107,7 @@ pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hiera
         vertices,
         ..hierarchy.clone()
     };
-    // No vertex leaves a sphere by more than it moves. Boxes are computed anew, because culling needs them tight.
+    // No vertex leaves a sphere by more than it moves. Boxes are computed again, because culling needs tight boxes.
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
     }

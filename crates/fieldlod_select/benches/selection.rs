@@ -93,7 +93,7 @@ fn check(
 /// e f / (ρ − r) > τ   ⇔   (e f/τ + r)² > ρ²
 /// ```
 struct SphereTable {
-    /// Center, radius and error of 64 groups.
+    /// Centre, radius and error of 64 groups.
     chunks: Vec<[[f32; 64]; 5]>,
 }
 

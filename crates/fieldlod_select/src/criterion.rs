@@ -110,7 +110,7 @@ pub(crate) fn usable_deviation(group: &Group) -> f32 {
     group.deviation_in_local.min(UNMEASURED)
 }
 
-/// Input of the criterion from a group, in local space: center, radius, error, deviation and mean normal.
+/// Input of the criterion from a group, in local space: centre, radius, error, deviation and mean normal.
 pub(crate) type CriterionInput = [f32; 9];
 
 pub(crate) fn criterion_input(group: &Group) -> CriterionInput {
@@ -131,9 +131,9 @@ pub(crate) struct Motion {
 /// Bounds of the motion of an instance's groups in camera space.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Drift {
-    /// Bound of the distance that a center moves.
+    /// Bound of the distance that a centre moves.
     pub(crate) distance: f32,
-    /// Bound of the change of the unit vector from a center to the camera.
+    /// Bound of the change of the unit vector from a centre to the camera.
     pub(crate) chord: f32,
 }
 

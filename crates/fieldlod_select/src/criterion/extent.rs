@@ -21,7 +21,7 @@ pub(super) struct SeenSphere {
 }
 
 impl SeenSphere {
-    /// The distance of the center after a group has moved: the least distance for the largest errors, or the greatest
+    /// The distance of the centre after a group has moved: the least distance for the largest errors, or the greatest
     /// distance for the least errors.
     #[inline(always)]
     pub(super) fn reached_distance(&self) -> f32 {

@@ -11,10 +11,10 @@ use crate::criterion::error_bounds::sphere_around;
 use crate::lanes::Eight;
 use crate::lanes::bits::{CHUNK, LANES};
 
-/// Centers and radii of eight spheres.
+/// Centres and radii of eight spheres.
 pub(crate) type EightSpheres = Eight<4>;
 
-/// Center and radius of one of eight spheres.
+/// Centre and radius of one of eight spheres.
 #[inline(always)]
 pub(crate) fn sphere_at(spheres: &EightSpheres, lane: usize) -> (Vec3, f32) {
     let [x, y, z, radius] = spheres.at(lane);

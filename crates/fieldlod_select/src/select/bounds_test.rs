@@ -6,8 +6,8 @@
 //! ```text
 //! e √(c W) ≤ e √(C S³) √W / (ρ − r),      d √(c / cos φ) ≤ d f S² / (ρ − r)
 //! ```
-//! so that a sphere passes if `e k/τ + r < ρ`, with `k` the factor before `e √W` or `d`, without a root:
-//! `(e k/τ + r)² < ρ²`. It is the sphere test of rotation-invariant metrics with another constant. A sphere that reaches
+//! so that a sphere passes if `x k/τ + r < ρ`, with `x` for `e √W` or `d`, and `k` for its factor. Without a root, this is
+//! `(x k/τ + r)² < ρ²`. It is the sphere test of rotation-invariant metrics with another constant. A sphere that reaches
 //! the camera or holds NaN never passes.
 //!
 //! # Outside
@@ -105,7 +105,7 @@ impl BoundsTest {
         lane_bits(&passes)
     }
 
-    /// The center and the radius in camera space.
+    /// The centre and the radius in camera space.
     #[inline(always)]
     fn seen(&self, [x, y, z, radius, ..]: [f32; BOUNDS_COLUMNS]) -> (Vec3, f32) {
         let center = self.camera_from_local * Vec3::new(x, y, z) + self.origin;

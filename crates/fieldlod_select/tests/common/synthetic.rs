@@ -10,8 +10,8 @@ const COARSER_TRIANGLES: u32 = 40;
 /// A ball of radius 1 whose level 0 has `4^levels` groups, each coarser level a quarter of that, and
 /// one terminal group at the end: `(4^(levels + 1) − 1) / 3` groups.
 ///
-/// Every group passes its simplification to its coarser group and to that of its neighbour, so that
-/// the links form a graph, not a tree. The error of level `k` is `finest_error · 2.2^k`.
+/// Four groups pass their simplifications to one coarser group, and one of them also to its neighbour, so that the links
+/// form a graph, not a tree. The error of level `k` is `finest_error · 2.2^k`.
 pub(crate) fn ball(levels: u32, finest_error: f32) -> Hierarchy {
     let template = fixtures::two_level_strip();
     let first_of_level: Vec<u32> = (0..=levels)

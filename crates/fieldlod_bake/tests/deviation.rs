@@ -1,5 +1,7 @@
 //! Compares stated deviations with independent samples that are ten times as dense.
 
+use std::f32::consts::{PI, TAU};
+
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
@@ -37,6 +39,44 @@ fn deviations_hold_at_denser_samples() {
             let verified = verify(&mesh, &hierarchy, &VerifySettings::default());
             assert!(verified.is_ok(), "{name}: {verified:?}");
         }
+    }
+}
+
+/// A ball with round dimples, whose walls are so steep that simplified triangles cross them.
+fn dimpled_ball(cells: u32) -> SourceMesh {
+    let on_ball = |y: f32, angle: f32| {
+        let radius = (1.0 - y * y).max(0.0).sqrt();
+        Vec3::new(radius * angle.cos(), y, radius * angle.sin())
+    };
+    let dimples: Vec<Vec3> = (0..336u16)
+        .map(|k| on_ball(1.0 - (f32::from(k) + 0.5) / 168.0, f32::from(k) * 2.399_963))
+        .collect();
+    let mut ball = fixtures::plane(cells);
+    ball.uvs.clear();
+    for position in &mut ball.positions {
+        // The last column repeats the first bit for bit, which closes the surface.
+        let angle = (position.x % 1.0) * TAU;
+        let place = on_ball((position.z * PI).cos(), angle);
+        let beside = dimples.iter().map(|dimple| dimple.distance(place));
+        let from_centre = beside.fold(f32::MAX, f32::min) / 0.098;
+        *position = place * (1.0 - 0.08 * (1.0 - from_centre.powi(16)).max(0.0));
+    }
+    fixtures::with_smooth_normals(ball)
+}
+
+#[test]
+fn deviations_of_a_dimpled_ball_hold_at_five_times_the_samples() {
+    let settings = VerifySettings {
+        samples_per_triangle: 50,
+        most_samples: 20_000_000,
+        cuts: 1,
+        ..VerifySettings::default()
+    };
+    for cells in [130, 200] {
+        let ball = dimpled_ball(cells);
+        let hierarchy = bake_mesh(&ball, &BakeConfig::default()).unwrap();
+        let verified = verify(&ball, &hierarchy, &settings);
+        assert!(verified.is_ok(), "{cells} cells: {verified:?}");
     }
 }
 

@@ -187,6 +187,32 @@ fn only_meshes_placed_alike_keep_shared_borders() {
     assert_eq!([alike, apart], [true, false]);
 }
 
+/// Primitives that share too many vertices with each other are joined, which would move their borders.
+#[test]
+fn large_primitives_keep_borders_with_other_meshes() {
+    let part_of = |p: Vec3| {
+        let is_spot = p.x.max(p.z) < 0.3 && (p.x * 100.0).sin() * (p.z * 100.0).sin() > 0.3;
+        i32::from(is_spot) + 2 * i32::from(p.x > 0.9)
+    };
+    let parts = split(&fixtures::height_field(140), part_of);
+    let (large, other) = (&parts[0], &parts[2]);
+    assert!(large.triangle_count() >= 20_000);
+    let mut file = file_of(&parts[..2]);
+    file.join_meshes();
+    file.add_mesh(other);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1 }]);
+    let beside = bake(&mut file, &BakeConfig::default());
+    file.json["nodes"][1]["translation"] = json!([4, 0, 0]);
+    let apart = bake(&mut file, &BakeConfig::default());
+    let [beside, apart] = [beside, apart].map(|outcome| {
+        let baked = &outcome.file.primitives[0].hierarchy;
+        let is_joined = baked.whole_mesh_levels().as_ref() == Some(baked);
+        let both = [large.clone(), other.clone()];
+        (is_joined, keeps_shared_edges(large, &both, baked))
+    });
+    assert_eq!([beside, apart], [(false, true), (true, false)]);
+}
+
 #[test]
 fn locked_borders_stay_and_others_are_simplified() {
     let tile = fixtures::height_field(48);

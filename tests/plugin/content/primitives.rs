@@ -4,14 +4,15 @@ use std::collections::BTreeSet;
 use std::iter;
 
 use bevy::prelude::*;
+use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{SourceMesh, fixtures};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_file, fixtures};
 use serde_json::json;
 
 use crate::content::scenes::spawn_scene;
 use crate::content::surfaces::{baked_entries, entries, set_cache};
 use crate::gltf_file::GltfFile;
-use crate::headless::{app_in, ready};
+use crate::headless::{app_in, failures, origins, ready};
 
 /// Some triangles of a mesh, with the vertices that they use.
 fn part(mesh: &SourceMesh, triangles: impl Iterator<Item = usize>) -> SourceMesh {
@@ -91,4 +92,19 @@ fn run_time_bake_of_primitives_equals_bake_of_file() {
             assert_eq!(has_kind, kinds.contains(&kind), "{states:?}");
         }
     }
+}
+
+#[test]
+fn faulty_primitive_leaves_levels_of_file_to_others() {
+    let mut parts = stripes(32, 500, 2);
+    parts[1].positions.fill(Vec3::NAN);
+    let mut file = file_of(&parts);
+    let outcome = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap();
+    assert_eq!(outcome.skipped.len(), 1);
+    file.write("mesh.fieldlod", &outcome.file.to_bytes());
+    let mut app = app_in(file.folder());
+    spawn_scene(&mut app, None);
+    ready(&mut app, 2);
+    assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
+    assert_eq!(failures(&app).len(), 1);
 }

@@ -39,9 +39,12 @@ impl BakeJob {
             return Ok(());
         };
         member.check_file(|| {
-            let all = member.sources().unwrap_or_default().iter();
-            let mut found = all.map(|one| one.find_hierarchy(baked, None, file));
-            found.try_for_each(|found| found.map(drop))
+            let mut all = member.sources().unwrap_or_default().iter();
+            all.try_for_each(|one| match one.find_hierarchy(baked, None, file) {
+                // The file skips faulty primitives, which no bake accepts.
+                Err(error) if one.clone().into_mesh().validate().is_ok() => Err(error),
+                _ => Ok(()),
+            })
         })
     }
 

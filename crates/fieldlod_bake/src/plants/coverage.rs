@@ -49,13 +49,14 @@ const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
 /// Levels aim to cover at least this share of the source's area, and at most all of it.
 const TARGET_AREA: f32 = 0.98;
-/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area.
+/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area. At 1.8, five plants
+/// have equal levels.
 const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.
 const AREA_TOLERANCE: f32 = 0.003;
 /// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
 const OPACITY_OF_LEAVES: f32 = 0.5;
-/// Limit for the change of the elements' gain in one correction.
+/// Limit for the change of the elements' gain in one correction. At 2.5, five plants have equal levels.
 const MAX_GAIN_STEP: f32 = 1.6;
 
 /// The area that the source covers in pictures.

@@ -236,6 +236,17 @@ pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
     apps::spawn_camera(app.world_mut(), UVec2::new(1280, 720), pose)
 }
 
+/// Spawns a sun with shadows, at the side of positive x.
+pub(crate) fn spawn_sun(app: &mut App) {
+    app.world_mut().spawn((
+        DirectionalLight {
+            shadow_maps_enabled: true,
+            ..default()
+        },
+        Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y),
+    ));
+}
+
 /// Whether a line at `level` with all of `words` was logged.
 pub(crate) fn logged(level: Level, words: &[&str]) -> bool {
     logged_times(level, words) > 0

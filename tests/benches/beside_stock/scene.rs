@@ -20,8 +20,8 @@ use crate::{Case, pictures, process};
 pub(crate) const SCENES: [&str; 4] = ["props", "terrain", "menu", "menu, handles kept"];
 /// Distances of the camera from the centre of the scene.
 const RADII: [f32; 3] = [1.0, 2.5, 10.0];
-/// Frames at each pose before the measurement, and at the last pose of the plugin, after which unused units are
-/// despawned. Each frame takes about a second on a busy software adapter.
+/// Frames at each pose before the measurement, and at the last pose of the plugin. Unused units are despawned during
+/// the latter. Each frame takes about a second on a busy software adapter.
 const FRAMES: [u32; 2] = [6, 70];
 /// Frames after a menu is closed, until unused levels are dropped.
 const FRAMES_AFTER_MENU: u32 = 1_250;

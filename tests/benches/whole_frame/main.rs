@@ -34,7 +34,7 @@ const STEP: f32 = 0.4;
 /// Largest number of rounds over the steps, and the time after which no round starts.
 const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
-/// Halvings of the interval of the factor of distances.
+/// Steps of the search for the factor of distances. Each halves the interval.
 const SEARCH_STEPS: usize = 9;
 /// Relative difference up to which image errors count as equal. Each change of a level is a step of the error, so that
 /// a smaller difference may be out of reach.

@@ -8,7 +8,7 @@ use bevy::log::tracing::Level;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{BakeConfig, bake_file};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_file};
 use fieldlod_hierarchy::FileOptions;
 use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
@@ -43,9 +43,17 @@ fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
     file
 }
 
+/// Bark and leaves of a small plant.
+fn bark_and_leaves(count: u32) -> [SourceMesh; 2] {
+    let mut leaves = fieldlod_tests::cards(count, 2);
+    leaves.uvs.clear();
+    let bark = fieldlod_tests::flat_shaded(&fieldlod_tests::rock(3, 1));
+    [bark, leaves]
+}
+
 /// A file with one scene of one tree: bark and leaves are primitives of one mesh.
 fn one_tree() -> GltfFile {
-    let [bark, leaves] = fieldlod_tests::tree_in_parts(500, 1);
+    let [bark, leaves] = bark_and_leaves(600);
     let mut file = GltfFile::of(&bark);
     file.add_mesh(&leaves);
     file.join_meshes();
@@ -59,8 +67,8 @@ static ONE_TREE: LazyLock<Vec<u8>> = LazyLock::new(|| bake(&one_tree().glb()));
 
 /// Two trees with the same bark and different leaves. The scene has the second tree.
 fn second_of_two_trees() -> GltfFile {
-    let [bark, leaves] = fieldlod_tests::tree_in_parts(500, 1);
-    let [_, fewer_leaves] = fieldlod_tests::tree_in_parts(200, 2);
+    let [bark, leaves] = bark_and_leaves(600);
+    let [_, fewer_leaves] = bark_and_leaves(400);
     let mut file = GltfFile::of(&bark);
     file.add_mesh(&leaves);
     file.add_mesh(&fewer_leaves);
@@ -342,7 +350,7 @@ fn changed_leaves_are_baked_with_bark_again() {
         assert_eq!(origins(&app), [origin; 2]);
         let [_, (_, leaves)] = parts_of_tree(&mut app);
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        let [_, fewer] = fieldlod_tests::tree_in_parts(200, 2);
+        let [_, fewer] = bark_and_leaves(400);
         *meshes.get_mut(leaves).unwrap() = bevy_mesh(&fewer);
         run_until(&mut app, "leaves are baked", |app| origins(app).len() > 2);
         ready(&mut app, 2);

@@ -17,7 +17,7 @@ use bevy_fieldlod::prelude::*;
 
 use crate::headless::{
     IDLE_FRAMES, app, before_a_camera, insert, level, levels, move_camera, ready, spawn_camera,
-    spawn_rock, stats, units, visible,
+    spawn_rock, spawn_sun, stats, units, visible,
 };
 
 fn drawn(app: &App, camera: Entity) -> u64 {
@@ -220,16 +220,6 @@ fn cast(app: &mut App, camera: Entity) -> Vec<Entity> {
     let sun = suns.single(app.world()).unwrap();
     let cascades = sun.entities.get(&camera).into_iter().flatten();
     without_duplicates(cascades.flat_map(|list| list.entities.clone()).collect())
-}
-
-fn spawn_sun(app: &mut App) {
-    app.world_mut().spawn((
-        DirectionalLight {
-            shadow_maps_enabled: true,
-            ..default()
-        },
-        Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y),
-    ));
 }
 
 #[test]

@@ -5,22 +5,13 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{BakeConfig, LodUnit};
 
 use crate::headless::{
-    add, app, before_a_camera, insert, levels, ready, rock, spawn_camera, spawn_rock, stats, units,
-    visible,
+    add, app, before_a_camera, insert, levels, ready, rock, spawn_camera, spawn_rock, spawn_sun,
+    stats, units, visible,
 };
 
 fn settings(app: &mut App, camera: Entity, settings: FieldLodCamera) {
     insert(app, camera, settings);
     app.update();
-}
-
-fn spawn_sun(app: &mut App) {
-    let sun = DirectionalLight {
-        shadow_maps_enabled: true,
-        ..default()
-    };
-    let low = Transform::default().looking_to(Vec3::new(-1.0, -1.0, 0.0), Vec3::Y);
-    app.world_mut().spawn((sun, low));
 }
 
 #[test]

@@ -174,3 +174,23 @@ fn seams_on_all_edges_do_not_stop_simplification() {
     assert!(without_texture < with_checker, "{errors:?}");
     assert!(with_checker < unknown, "{errors:?}");
 }
+
+/// Some programs give no normals to small triangles.
+#[test]
+fn missing_normals_stay_missing() {
+    let mut rock = fixtures::rock(4, 1);
+    let positions = rock.positions.clone();
+    for (normal, position) in rock.normals.iter_mut().zip(&positions) {
+        if position.y + 0.3 * (position.x * 20.0).sin() < 0.0 {
+            *normal = Vec3::ZERO;
+        }
+    }
+    let vertices = bake(&rock).vertices;
+    let pairs = vertices.normals.iter().zip(&vertices.positions);
+    let moved = pairs.skip(rock.positions.len());
+    let cosines = moved.map(|(normal, position)| normal.dot(position.normalize()));
+    let (missing, present): (Vec<f32>, Vec<f32>) = cosines.partition(|cosine| *cosine == 0.0);
+    assert!(missing.len() > 100 && present.len() > 100);
+    // The normals of a rock point outwards.
+    assert!(present.iter().all(|cosine| *cosine > 0.2), "{present:?}");
+}

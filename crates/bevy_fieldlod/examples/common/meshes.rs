@@ -24,7 +24,8 @@ pub(crate) fn rock(subdivisions: u32) -> Mesh {
             *position = (place * (1.0 + 0.15 * bumps.iter().sum::<f32>())).to_array();
         }
     }
-    mesh.compute_smooth_normals();
+    // `compute_smooth_normals` gives no normals where edges are short.
+    mesh.compute_area_weighted_normals();
     mesh
 }
 
@@ -64,7 +65,7 @@ pub(crate) fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
             *height = 0.25 * waves.sum::<f32>();
         }
     }
-    mesh.compute_smooth_normals();
+    mesh.compute_area_weighted_normals();
     mesh
 }
 

@@ -19,6 +19,9 @@ const UV_WEIGHT: f32 = 0.5;
 /// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. At 0.125 and 0.5, a coloured rock has 3 to 4 % fewer
 /// triangles at equal image error, which is less than a step between levels.
 const COLOR_WEIGHT: f32 = 0.25;
+/// Interpolated normals below this length are not used. At 0.01, a rock with missing normals shows bright specks where
+/// they begin; normals of unit length are hardly ever interpolated to less than a half.
+const SHORTEST_NORMAL: f32 = 0.1;
 /// Smaller differences of attributes are rounding errors of the simplifier.
 const ATTRIBUTE_TOLERANCE: f32 = 1e-5;
 
@@ -140,8 +143,11 @@ impl AttributeLayout {
         }
         if let Some(at) = self.normal {
             let old = Vec3::from_slice(&before[at..]);
-            let normal = Vec3::from_slice(&row[at..]).try_normalize();
-            normal.unwrap_or(old).write_to_slice(&mut row[at..]);
+            let normal = Vec3::from_slice(&row[at..]);
+            // A missing normal stays zero. A short one, between opposite or missing normals, has a random direction.
+            let is_usable = old != Vec3::ZERO && normal.length() > SHORTEST_NORMAL;
+            let usable = is_usable.then(|| normal.try_normalize()).flatten();
+            usable.unwrap_or(old).write_to_slice(&mut row[at..]);
         }
         if let Some(at) = self.color {
             let [least, greatest] = self.color_range;

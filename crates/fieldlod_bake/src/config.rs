@@ -22,8 +22,9 @@ pub struct BakeConfig {
     /// next level. At most 1.
     pub stuck_ratio: f32,
     /// Keeps the vertices of open borders at all levels. Separately baked meshes with equal border vertices, such as
-    /// terrain tiles or parts of a kit, then have no cracks between any levels. It is not needed for primitives of one
-    /// glTF mesh. [Files](crate::bake_file) do not need it for meshes with the same transform either.
+    /// terrain tiles or parts of a kit, then have no cracks between any levels. Most
+    /// primitives of one glTF mesh, and meshes that a [file](crate::bake_file) places by the same transform, keep their
+    /// shared vertices without it.
     pub lock_borders: bool,
     /// Measures the deviation of each group from the source. Without it, settings that guarantee an error draw full
     /// detail.

@@ -256,8 +256,8 @@ pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
     Some([mesh.parse().ok()?, primitive.parse().ok()?])
 }
 
-/// The primitives of the glTF mesh that `mesh` belongs to, in order, without skinned and morphed ones. Empty for meshes
-/// that are not from a glTF file.
+/// The primitives of the glTF mesh that `mesh` belongs to, in order, without skinned and morphed ones, and without points
+/// and lines. Empty for meshes that are not from a glTF file.
 pub(super) fn primitives_beside<'a>(
     mesh: AssetId<Mesh>,
     meshes: &'a Assets<Mesh>,
@@ -276,7 +276,10 @@ pub(super) fn primitives_beside<'a>(
     let handles = (0..).map_while(handle);
     let loaded = handles.filter_map(|handle| Some((handle.id(), meshes.get(&handle)?)));
     // Characters are baked from their file.
-    loaded.filter(|(_, mesh)| !is_rigged(mesh))
+    let is_baked = |mesh: &Mesh| {
+        mesh.primitive_topology() == PrimitiveTopology::TriangleList && !is_rigged(mesh)
+    };
+    loaded.filter(move |(_, mesh)| is_baked(mesh))
 }
 
 /// The number of triangles of a mesh; the largest possible number if its data cannot be read.

@@ -140,13 +140,8 @@ impl LodObject {
 
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
-        let is_kind = [LodKind::Auto, self.mesh.kind].contains(&auto_lod.kind);
-        // A mesh of the kind that `auto_lod` asks for has the same levels as if `LodKind::Auto` had chosen it.
-        let own = LodRequest {
-            kind: auto_lod.kind,
-            ..LodRequest::of(&self.auto_lod)
-        };
-        is_kind && own == LodRequest::of(auto_lod)
+        // Another kind of the other primitives gives other levels, even to a mesh that stays of its kind.
+        LodRequest::of(&self.auto_lod) == LodRequest::of(auto_lod)
     }
 }
 

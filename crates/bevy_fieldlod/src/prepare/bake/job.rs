@@ -61,9 +61,12 @@ impl BakeJob {
         let is_same = |found: &SourceArrays| found.has_same_mesh_as(&source);
         let all = self.member.as_ref();
         let all = all.and_then(|member| Some((member, member.sources()?)));
-        let all = all.filter(|(member, sources)| is_same(&sources[member.index()]));
-        let together = all.map(|(member, sources)| (member.index(), sources));
-        let names = EntryNames::of(&source, &self.config, together);
+        // A faulty mesh fails alone, not after a bake of its group.
+        let is_valid = |source: &SourceArrays| source.clone().into_mesh().validate().is_ok();
+        let all = all.filter(|(member, sources)| {
+            is_same(&sources[member.index()]) && is_valid(&sources[member.index()])
+        });
+        let names = EntryNames::of(&source, &self.config, all);
         let folder = self.cache_folder.as_ref();
         let path = |has_surfaces| folder.map(|folder| folder.join(names.name(has_surfaces)));
         // Whether the bake depends on surfaces is known only after it.
@@ -93,14 +96,17 @@ struct EntryNames<'a> {
 }
 
 impl<'a> EntryNames<'a> {
-    /// `together` is the index of the mesh in its group, and the meshes of the group.
+    /// `together` is the group of the mesh, and the meshes of the group.
     fn of(
         source: &'a SourceArrays,
         config: &BakeConfig,
-        together: Option<(usize, &'a [SourceArrays])>,
+        together: Option<(&Member, &'a [SourceArrays])>,
     ) -> Self {
         let mut hasher = cache::hasher(config);
-        let (index, all) = together.unwrap_or((0, slice::from_ref(source)));
+        let index = together.map_or(0, |(member, _)| member.index());
+        let has_units = together.is_some_and(|(member, _)| member.has_units());
+        let all = together.map_or(slice::from_ref(source), |(_, sources)| sources);
+        hasher.update(&[has_units.into()]);
         hasher.update(&index.to_le_bytes());
         hasher.update(&all.len().to_le_bytes());
         for source in all {

@@ -1,10 +1,10 @@
-//! Bakes the primitives of one glTF mesh together, for example the bark and the leaves of a plant, or the parts of a
-//! wall. They either change levels at the same distances or keep the vertices where they meet.
+//! Bakes the primitives of one small glTF mesh together, for example the bark and the leaves of a plant, or the parts
+//! of a wall. They either change levels at the same distances or keep the vertices where they meet.
 
 use std::sync::{Arc, OnceLock};
 
 use bevy::asset::{AssetId, AssetServer, Assets};
-use bevy::mesh::{Mesh, PrimitiveTopology};
+use bevy::mesh::Mesh;
 use bevy::platform::collections::HashMap;
 use fieldlod_bake::{
     BakeConfig, BakeReport, MeshError, SourceMesh, Surface, bake_adjacent, bake_together,
@@ -17,6 +17,9 @@ use crate::prepare::lookup::NotYet;
 use crate::prepare::source_arrays::{SourceArrays, primitives_beside, triangle_count};
 use crate::prepare::threads::BakeThreads;
 
+/// Largest number of primitives in a group. Each of them searches for the others.
+const MOST_TOGETHER: usize = 64;
+
 /// A group: all primitives of a glTF mesh except skinned and morphed ones, and their common bake.
 pub(in crate::prepare) struct Together {
     ids: Arc<[AssetId<Mesh>]>,
@@ -24,6 +27,8 @@ pub(in crate::prepare) struct Together {
     /// The surface of each mesh, if it is known.
     surfaces: Vec<Option<Arc<Surface>>>,
     config: BakeConfig,
+    /// The requested kind.
+    kind: LodKind,
     /// Whether some are drawn in units.
     has_units: bool,
     /// The meshes and surfaces in the types of the baker; `None` if one of them cannot be baked.
@@ -89,15 +94,18 @@ impl AllTogether {
     ) -> Result<Option<Member>, NotYet> {
         // The mesh may have left its last group, because the group or the configuration has changed.
         self.others_of.remove(&mesh);
-        let is_expected =
-            |expected: &Expected| expected.left.contains(&mesh) && expected.all.config == *config;
+        let is_expected = |expected: &Expected| {
+            let Together {
+                config: of, kind, ..
+            } = &*expected.all;
+            expected.left.contains(&mesh) && of == config && *kind == candidates.kind
+        };
         let at = match self.expected.iter().position(is_expected) {
             Some(at) => at,
             None => {
-                let found = candidates.beside(mesh);
-                if found.len() < 2 {
+                let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
                     return Ok(None);
-                }
+                };
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
                 let kinds = found.iter().map(|(_, mesh)| candidates.kind_of(mesh));
                 let kinds: Vec<LodKind> = kinds.collect();
@@ -114,6 +122,7 @@ impl AllTogether {
                     surfaces,
                     meshes: found.iter().map(|(_, mesh)| (*mesh).clone()).collect(),
                     config: config.clone(),
+                    kind: candidates.kind,
                     has_units: kinds.contains(&LodKind::Clusters),
                     sources: OnceLock::new(),
                     is_in_file: OnceLock::new(),
@@ -146,12 +155,20 @@ pub(in crate::prepare) struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// The primitives of the same glTF mesh that have triangles, `mesh` included.
-    fn beside(&self, mesh: AssetId<Mesh>) -> Vec<(AssetId<Mesh>, &Mesh)> {
+    /// The primitives of the same glTF mesh. `None` if there is only one, if there are too many, or if they have too many
+    /// triangles: a group is in memory as a whole, and baked again if one of its meshes changes.
+    fn beside(
+        &self,
+        mesh: AssetId<Mesh>,
+        most_triangles: usize,
+    ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
         let beside = primitives_beside(mesh, self.meshes, self.assets);
-        let has_triangles =
-            |mesh: &Mesh| mesh.primitive_topology() == PrimitiveTopology::TriangleList;
-        beside.filter(|(_, mesh)| has_triangles(mesh)).collect()
+        let found: Vec<(AssetId<Mesh>, &Mesh)> = beside.take(MOST_TOGETHER + 1).collect();
+        let triangles = found.iter().map(|(_, mesh)| triangle_count(mesh));
+        let is_group = (2..=MOST_TOGETHER).contains(&found.len())
+            && found.iter().any(|(id, _)| *id == mesh)
+            && triangles.fold(0, usize::saturating_add) < most_triangles;
+        is_group.then_some(found)
     }
 
     /// A primitive below the smallest size changes levels with the others.
@@ -187,6 +204,11 @@ impl Member {
         check: impl FnOnce() -> Result<(), LodError>,
     ) -> Result<(), LodError> {
         self.all.is_in_file.get_or_init(check).clone()
+    }
+
+    /// Whether some members are drawn in units.
+    pub(in crate::prepare) fn has_units(&self) -> bool {
+        self.all.has_units
     }
 
     /// The index of this member.

@@ -293,7 +293,7 @@ fn degenerate_meshes_bake() {
         ("one triangle", fixtures::one_triangle()),
         ("coincident points", fixtures::coincident_points(10_000)),
         ("fan", fixtures::non_manifold_fan(3_000)),
-        ("islands", fixtures::islands(10_000)),
+        ("islands", fixtures::islands(100_000)),
         ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
         (
             "no vertices shared",

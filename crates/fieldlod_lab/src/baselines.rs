@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! e  error of a group or level    s  largest scale of the instance    f  focal length, px
-//! d  distance to the center of the sphere, r  its radius, near  distance of the near plane
+//! d  distance to the centre of the sphere, r  its radius, near  distance of the near plane
 //! ```
 //!
 //! **clusterlod** (meshoptimizer `demo/clusterlod.h`, `boundsError`; nvpro-samples `vk_lod_clusters`) refines a
@@ -15,7 +15,7 @@
 //! its cull margin. It is 0 inside the box and 1 in orthographic views.
 //!
 //! **`VisibilityRange`** (`bevy_camera::visibility`) chooses one level for the whole object by the distance to its
-//! center. It ignores the field of view, the window and the object's scale.
+//! centre. It ignores the field of view, the window and the object's scale.
 
 use glam::Vec3;
 

@@ -184,12 +184,14 @@ fn small_budget_is_kept_without_holes() {
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
         };
-        // The memory stays unchanged for two seconds of a game.
-        let mut before = memory(&app);
+        // Memory and units stay unchanged for two seconds of a game.
+        let mut last = (memory(&app), drawn(&app, camera));
         run_until(&mut app, "the memory is steady", |app| {
             frames(app, 120);
-            std::mem::replace(&mut before, memory(app)) == memory(app)
+            let now = (memory(app), drawn(app, camera));
+            std::mem::replace(&mut last, now.clone()) == now
         });
+        let before = last.0;
         assert!(
             before.coarsening > 1.0 && before.missing_pages == 0,
             "{before:?}"

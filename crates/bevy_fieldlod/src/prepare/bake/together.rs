@@ -20,7 +20,7 @@ use crate::prepare::threads::BakeThreads;
 /// Largest number of primitives in a group. Each of them searches for the others.
 const MOST_TOGETHER: usize = 64;
 
-/// A group: all primitives of a glTF mesh except skinned and morphed ones, and their common bake.
+/// A group: all primitives of a glTF mesh that bakes accept, and their common bake.
 pub(in crate::prepare) struct Together {
     ids: Arc<[AssetId<Mesh>]>,
     meshes: Vec<Mesh>,
@@ -109,7 +109,7 @@ impl AllTogether {
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
                 let kinds = found.iter().map(|(_, mesh)| candidates.kind_of(mesh));
                 let kinds: Vec<LodKind> = kinds.collect();
-                // Units do not need surfaces, and their textures may take long to load.
+                // Groups of units need no surfaces, and their textures may take long to load.
                 let surfaces: Vec<_> = if kinds.contains(&LodKind::WholeMesh) {
                     ids.iter()
                         .copied()

@@ -3,7 +3,7 @@
 pub(crate) mod triangle;
 mod triangles_4;
 
-use std::fmt;
+use std::{fmt, mem};
 
 use glam::Vec3;
 use obvhs::aabb::Aabb;
@@ -11,7 +11,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::mesh::adapter;
-use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
+use crate::mesh::triangle_tree::triangles_4::{Boxes4, OrientedBoxes4, Triangles4};
 
 /// Triangles in a bounding volume hierarchy, for nearest-triangle queries.
 ///
@@ -26,7 +26,15 @@ use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
 pub struct TriangleTree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
+    /// Thinner boxes of each node of a tree of needles; otherwise empty. The other boxes of needles with a common tip
+    /// contain each other, so a search would visit most of them.
+    oriented: Vec<OrientedBoxes4>,
 }
+
+/// A tree has oriented boxes if the boxes of its leaves have more than this times the area of its triangles. Scans and
+/// props have 3 to 17 times, a disc of 5,000 needles 72 times, and one of 20,000 up to 509 times. Without oriented boxes,
+/// the bake of a disc takes 1.7 times as long with 20,000 needles and 1.9 times with 50,000.
+const NEEDLES_ABOVE: f32 = 64.0;
 
 /// Up to four bounding boxes and their children: nodes, or leaves if [`IS_LEAF`] is set.
 struct Node {
@@ -85,15 +93,54 @@ impl TriangleTree {
             .chunks(4)
             .map(|ids| aabb_of(ids.iter().flat_map(|&id| given[id as usize])))
             .collect();
-        Self {
+        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length() * 0.5;
+        let of_triangles: f32 = order.iter().map(|&id| area(given[id as usize])).sum();
+        let of_boxes: f32 = boxes.iter().map(Aabb::half_area).sum();
+        let mut tree = Self {
             nodes: nodes_over(&boxes),
             leaves,
+            oriented: Vec::new(),
+        };
+        if of_boxes > of_triangles * NEEDLES_ABOVE {
+            tree.oriented = tree.oriented_boxes();
         }
+        tree
+    }
+
+    fn oriented_boxes(&self) -> Vec<OrientedBoxes4> {
+        // Children follow their parent.
+        let mut points = vec![Vec::new(); self.nodes.len()];
+        let mut boxes = Vec::with_capacity(self.nodes.len());
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            let inside = &node.inside[..node.boxes.count()];
+            let of_inside = inside.iter().map(|&inside| match inside & IS_LEAF {
+                0 => mem::take(&mut points[inside as usize]),
+                _ => {
+                    let leaf = &self.leaves[(inside & !IS_LEAF) as usize];
+                    (0..4).flat_map(|k| leaf.triangles.corners(k)).collect()
+                }
+            });
+            let of_inside: Vec<Vec<Vec3>> = of_inside.collect();
+            boxes.push(OrientedBoxes4::around(&of_inside));
+            points[index] = of_inside.concat();
+        }
+        boxes.reverse();
+        boxes
+    }
+
+    /// Lower bounds of the squared distances to the children of a node; infinite for empty slots.
+    #[inline]
+    fn distances_inside(&self, node: u32, point: Vec3) -> [f32; 4] {
+        let distances = self.nodes[node as usize].boxes.distances_squared(point);
+        let oriented = self.oriented.get(node as usize);
+        let thinner = |oriented: &OrientedBoxes4| distances.max(oriented.distances_squared(point));
+        oriented.map_or(distances, thinner).to_array()
     }
 
     /// Moves the triangles to new `corners`, which a function returns by index. The tree keeps its structure, so
     /// searches get slower the more the triangles have moved relative to each other.
     pub(crate) fn refit(&mut self, corners: impl Fn(u32) -> [Vec3; 3]) {
+        self.oriented.clear();
         for leaf in &mut self.leaves {
             leaf.triangles = Triangles4::of(leaf.ids.map(&corners));
         }
@@ -168,9 +215,9 @@ impl TriangleTree {
                 }
                 continue;
             }
-            let node = &self.nodes[inside as usize];
-            let distances = node.boxes.distances_squared(point).to_array();
-            push_nearest_last(&mut pending, distances, node.inside, best.distance_squared);
+            let distances = self.distances_inside(inside, point);
+            let children = self.nodes[inside as usize].inside;
+            push_nearest_last(&mut pending, distances, children, best.distance_squared);
         }
         Some(best)
     }
@@ -210,11 +257,11 @@ impl TriangleTree {
         let mut pending: Vec<u32> = vec![0; usize::from(!self.leaves.is_empty())];
         while let Some(inside) = pending.pop() {
             if inside & IS_LEAF == 0 {
-                let node = &self.nodes[inside as usize];
-                let distances = node.boxes.distances_squared(point).to_array();
+                let distances = self.distances_inside(inside, point);
+                let children = self.nodes[inside as usize].inside;
                 // Empty slots have infinite distances.
                 let near = (0..4).filter(|&k| distances[k] <= enough.min(f32::MAX));
-                pending.extend(near.map(|k| node.inside[k]));
+                pending.extend(near.map(|k| children[k]));
                 continue;
             }
             let leaf = &self.leaves[(inside & !IS_LEAF) as usize];
@@ -353,9 +400,18 @@ mod tests {
 
     /// Triangles, or needles with a common tip.
     fn any_soup() -> impl Strategy<Value = Vec<[Vec3; 3]>> {
-        let fan = prop::collection::vec(any_point(), 1..80).prop_map(|points| {
-            let needle = |p: Vec3| [Vec3::ZERO, p, p + p.any_orthogonal_vector() * 1e-3];
-            points.into_iter().map(needle).collect()
+        let points = prop::collection::vec(any_point(), 1..80);
+        let fan = (points, any::<bool>()).prop_map(|(points, is_flat)| {
+            let beside = |p: Vec3| {
+                if is_flat {
+                    p.cross(Vec3::Y)
+                } else {
+                    p.any_orthogonal_vector()
+                }
+            };
+            let flat = |p: Vec3| if is_flat { p.with_y(0.0) } else { p };
+            let needle = |p: Vec3| [Vec3::ZERO, p, p + beside(p) * 1e-3];
+            points.into_iter().map(flat).map(needle).collect()
         });
         prop_oneof![prop::collection::vec(any_triangle(), 1..80), fan]
     }

@@ -39,8 +39,8 @@ pub struct BakeOutcome {
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, in parallel.
 ///
-/// `progress` is called from several threads, after each level of each primitive, and once for a rigged primitive. Primitives that
-/// are baked as one count as the first of them.
+/// `progress` is called from several threads, after each level of each primitive, and once for a rigged primitive.
+/// Primitives that are baked as one count as the first of them.
 ///
 /// # Errors
 /// The errors of [`import_gltf`], and an error for a file without triangles. One faulty primitive among others is

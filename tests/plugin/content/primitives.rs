@@ -6,11 +6,11 @@ use std::iter;
 use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_file, fixtures};
+use fieldlod_bake::{BakeConfig, SourceMesh, bake_file, bake_together, fixtures};
 use serde_json::json;
 
 use crate::content::scenes::spawn_scene;
-use crate::content::surfaces::{baked_entries, entries, set_cache};
+use crate::content::surfaces::{baked_entries, entries, entry_of, set_cache};
 use crate::gltf_file::GltfFile;
 use crate::headless::{app_in, failures, origins, ready};
 
@@ -107,4 +107,26 @@ fn faulty_primitive_leaves_levels_of_file_to_others() {
     ready(&mut app, 2);
     assert_eq!(origins(&app), [LodOrigin::BesideAsset; 2]);
     assert_eq!(failures(&app).len(), 1);
+}
+
+/// Drawn in units, the primitives keep the vertices where they meet; as whole meshes, they change levels together.
+#[test]
+fn cache_distinguishes_kinds_of_primitives() {
+    let parts = stripes(150, 5000, 2);
+    let mut file = file_of(&parts);
+    file.glb();
+    let mut app = app_in(file.folder());
+    let cache = set_cache(&mut app, file.folder());
+    spawn_scene(&mut app, None);
+    ready(&mut app, 3);
+    assert_eq!(entries(&cache).len(), 3);
+    let mut roots = app.world_mut().query::<&mut AutoLod>();
+    roots.single_mut(app.world_mut()).unwrap().kind = LodKind::WholeMesh;
+    app.update();
+    ready(&mut app, 3);
+    let meshes: Vec<&SourceMesh> = parts.iter().collect();
+    let joined = bake_together(&meshes, &BakeConfig::default());
+    let joined = joined.into_iter().map(|baked| entry_of(baked.unwrap().0));
+    let found = entries(&cache);
+    assert!(found.len() == 6 && joined.into_iter().all(|entry| found.contains(&entry)));
 }

@@ -64,7 +64,7 @@ fn entry(surface: Option<Surface>) -> Vec<u8> {
     entry_of(bake_mesh(&mesh, &BakeConfig::default()).unwrap())
 }
 
-fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
+pub(crate) fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
     let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy)];
     BakedFile { primitives }.to_bytes_with(FileOptions {
         beside_source: true,

@@ -192,7 +192,7 @@ impl Stage {
     pub fn run_until(&mut self, what: &str, mut is_done: impl FnMut(&mut Self) -> bool) {
         let deadline = Instant::now() + Duration::from_secs(120);
         while !is_done(self) {
-            assert!(Instant::now() < deadline, "never: {what}");
+            assert!(Instant::now() < deadline, "timed out: {what}");
             self.app.update();
         }
     }

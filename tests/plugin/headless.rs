@@ -144,7 +144,7 @@ pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
 pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App) -> bool) {
     let deadline = Instant::now() + Duration::from_secs(120);
     while !done(app) {
-        assert!(Instant::now() < deadline, "never: {what}");
+        assert!(Instant::now() < deadline, "timed out: {what}");
         app.update();
         // Bakes run meanwhile.
         std::thread::sleep(Duration::from_millis(4));

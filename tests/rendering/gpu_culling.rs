@@ -25,7 +25,7 @@ struct Story {
     eyes: Vec<Eye>,
 }
 
-/// A sun that all layers see.
+/// A sun on layers 0 and 1.
 fn spawn_sun(stage: &mut Stage) -> Entity {
     // Shadows fall into the second cascade.
     let cascades = CascadeShadowConfigBuilder {

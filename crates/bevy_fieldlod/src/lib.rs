@@ -62,15 +62,12 @@
 //! Names with `FieldLod` belong to a camera or the whole app: plugins, resources, messages, and the components of
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
-//! # Limits
-//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. If the GPU culls
-//! ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all other entities with levels, and
-//! `VisibleEntities` of cameras and lights do not contain them.
+//! # Limits Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. If the
+//! GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all entities with levels except
+//! characters, and `VisibleEntities` of cameras and lights do not contain them.
 //!
-//! # Features
-//! - `bake` (default): bakes in background tasks. Without it only `.fieldlod` files and processed assets are used, and
-//!   no C++ is linked.
-//! - `debug`: `FieldLodDebugPlugin`.
+//! # Features - `bake` (default): bakes in background tasks. Without it, only baked files and processed assets are
+//! used, and no C++ is linked. - `debug`: `FieldLodDebugPlugin`.
 
 mod api;
 mod assets;
@@ -164,7 +161,7 @@ impl PluginGroup for FieldLodPlugin {
     }
 }
 
-/// From a mesh to levels, to a cut for each camera, to the entities that Bevy draws.
+/// Gives meshes levels, selects the cut of each camera, and spawns the entities that Bevy draws.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodCorePlugin;
 

@@ -32,7 +32,7 @@ impl Hierarchy {
             return Err(InvalidHierarchy::OtherSource { vertices, expected });
         }
         self.vertices.replace_first(expected, source)?;
-        // The file could check only what does not depend on positions.
+        // The loader has checked only what does not depend on positions.
         self.validate()?;
         Ok(self)
     }

@@ -1,5 +1,4 @@
-//! Checks the invariants of a hierarchy, one small function each. The loader and the tests of other
-//! crates call them through [`Hierarchy::validate`].
+//! Checks the invariants of a hierarchy, one small function each.
 
 mod bounds;
 mod links;
@@ -135,7 +134,7 @@ impl Hierarchy {
     /// Checks the invariants that do not depend on positions.
     pub(crate) fn validate_without_positions(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
-        // Later checks index with these ranges and references and would panic without them.
+        // These come first: later checks index with these ranges and references, and could panic.
         self.check_group_ranges()?;
         self.check_unit_ranges()?;
         self.check_group_references()?;

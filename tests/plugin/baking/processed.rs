@@ -149,7 +149,7 @@ fn unbakeable_file_is_copied() {
     finish(&mut app);
     let copy = folder.path().join("processed/odd-one.glb");
     run_until(&mut app, "the file is copied", |_| copy.exists());
-    run_until(&mut app, "the log names it", |_| {
+    run_until(&mut app, "a warning is logged", |_| {
         logged(Level::WARN, &["odd-one.glb", "could not bake"])
     });
     assert_eq!(std::fs::read(copy).unwrap(), b"no glTF at all");

@@ -148,7 +148,7 @@ fn smaller_displacement_needs_more_triangles() {
 }
 
 #[test]
-fn unmeasured_mesh_is_drawn_at_full_detail() {
+fn guarantee_draws_unmeasured_mesh_in_full() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 8.0);
     let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();

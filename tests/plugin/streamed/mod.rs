@@ -48,7 +48,7 @@ const ROOMY: LodMemory = LodMemory {
     keep_unused: Duration::MAX,
 };
 
-/// An app that reads from a shelf with a budget, and a camera that sees whole rocks.
+/// An app with a memory budget that reads from `shelf`, and its camera, which sees whole rocks.
 fn app_of(shelf: &Shelf, memory: LodMemory) -> (App, Entity) {
     let mut app = App::new();
     let shelf = shelf.clone();
@@ -125,7 +125,7 @@ fn assert_no_hole(app: &mut App, camera: Entity) {
 }
 
 #[test]
-fn streamed_mesh_equals_whole_mesh() {
+fn streamed_mesh_equals_unstreamed_mesh() {
     let shelf = Shelf::default();
     shelf.put("whole.fieldlod", ROCKS.to_bytes());
     shelf.put("parts.fieldpages", PAGES.clone());
@@ -230,7 +230,7 @@ fn evicted_pages_free_their_meshes() {
     let there: usize = meshes.iter().map(|(_, mesh)| bytes(mesh)).sum();
     assert!((there as u64) < budget.gpu_bytes * 5 / 4, "{there}");
     move_camera(&mut app, camera, 3.0);
-    run_until(&mut app, "it is fine again", |app| {
+    run_until(&mut app, "the first cut is drawn", |app| {
         drawn(app, camera) == fine
     });
 }
@@ -248,7 +248,7 @@ fn forced_level_0_streams_full_detail() {
     assert_no_hole(&mut app, camera);
 }
 
-/// There is no light, so no object outside the image casts a shadow.
+/// There is no light, so the reason is not a shadow.
 #[test]
 fn streamed_mesh_behind_camera_keeps_detail() {
     let (_, mut app, camera) = one_rock("behind.fieldpages", ROOMY);

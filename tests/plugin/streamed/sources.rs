@@ -46,7 +46,7 @@ fn asset_folder_file_is_read_in_parts() {
     let file = std::fs::File::options().write(true).open(&path).unwrap();
     file.set_len(PAGES.len() as u64 / 4).unwrap();
     move_camera(&mut app, camera, 2.5);
-    run_until(&mut app, "the log has it", |app| {
+    run_until(&mut app, "the error is logged", |app| {
         assert_no_hole(app, camera);
         logged_times(Level::ERROR, &["of-folder.fieldpages", "truncated"]) == 1
     });

@@ -19,13 +19,13 @@ pub struct FieldLodDebug {
     pub overlay: bool,
 }
 
-/// A quantity of the camera-sampling field, painted from blue (small) over green to red (large).
+/// A quantity of the camera-sampling field (Lin and Lee, 2004), painted from blue (small) over green to red (large).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, PartialEq)]
 pub enum FieldLodHeatMap {
     /// Logarithm of the samples per surface area: `c·n` (eq. 16).
     SamplingDensity,
-    /// Aspect ratio of the sampling pattern, cos φ (§3.4): red where the pattern is stretched.
+    /// Stretch of the sampling pattern, 1 − cos φ (§3.4): red where the pattern is stretched.
     AspectRatio,
     /// Logarithm of the relative change of the field per length, `|curl c| / c` (eq. 12).
     Curl,

@@ -58,7 +58,7 @@ impl MeshInPages {
     /// The coarsest level, as one mesh.
     pub(super) fn coarsest(&self) -> Result<Mesh, LodError> {
         let (page, graph) = (self.coarsest_page()?, &self.paged().graph);
-        // The coarsest cut refines no more groups than every cut must.
+        // The coarsest cut refines only terminal groups.
         let mut refined = vec![false; graph.groups.len()];
         graph.close_refinement(&mut refined);
         let is_drawn = |unit: u32| {

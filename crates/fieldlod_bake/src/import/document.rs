@@ -163,8 +163,8 @@ fn invalid(error: &dyn std::fmt::Display) -> ImportError {
     ImportError::Invalid(one_line(&error.to_string()))
 }
 
-/// Removes parts that extensions change and the gltf crate would reject. Animations may have pointers; they are read
-/// separately. Textures may have an image only in an extension; they get that image, or one without bytes.
+/// Removes parts that extensions change and the gltf crate would reject. Animations are read separately. Textures may
+/// have an image only in an extension; they get that image, or one without bytes.
 fn drop_unread_parts(json: &mut Value) {
     if let Some(json) = json.as_object_mut() {
         json.remove("animations");
@@ -251,11 +251,10 @@ fn one_line(text: &str) -> String {
         .collect()
 }
 
-/// Nodes with more ancestors than this share their placement with no other node. Bounds the time for damaged files.
+/// Nodes with this many ancestors or more share their placement with no other node. Bounds the time for damaged files.
 const MOST_ANCESTORS: usize = 64;
 
-/// For each mesh, a number that it shares with the meshes of other nodes with the same global transform. A mesh of
-/// several nodes shares it with none.
+/// For each mesh, an id of the global transform of its node. A mesh of several nodes has an id of its own.
 pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
     let placed = |node: u32| {
         let chain = ancestors(nodes, node).take(MOST_ANCESTORS + 1);

@@ -73,7 +73,7 @@ pub(crate) struct Simplified {
 impl Task<'_> {
     /// Tries all methods, best first. Yields results with enough progress that open no edge.
     ///
-    /// Loose parts of a machine often keep their area and have a smaller error as surfaces than as elements.
+    /// Loose parts of a machine often have a smaller error as surfaces than as elements: then `Moved` comes first.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
         // If the wanted ratio is not reachable, a smaller step may be.
         let wanted = self.ratio;
@@ -97,7 +97,7 @@ impl Task<'_> {
         // Opened parts keep all their triangles here, so regular attempts come first.
         let in_parts = move || self.restore_opened(self.attempt(Method::Moved, wanted)?, less);
         let in_parts = std::iter::once_with(in_parts);
-        // Other groups do not need these: they are retried on the next level, with other neighbours.
+        // Only for the single group of a level: other groups are retried on the next level, with other neighbours.
         let last_resort = [(Method::Torn, wanted), (Method::Sloppy, wanted)];
         let last_resort = last_resort.into_iter().filter(|_| self.is_whole);
         let first = first.into_iter().flatten();

@@ -14,7 +14,7 @@ pub(super) struct Subject<'a> {
     pub(super) mesh: &'a SourceMesh,
     pub(super) hierarchy: &'a Hierarchy,
     pub(super) settings: &'a VerifySettings,
-    /// Positions of all vertices in scaled units around the mesh, in which squares do not overflow.
+    /// Positions of all vertices, offset and scaled so that squares do not overflow.
     pub(super) positions: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
     /// For each vertex of the source, the first vertex at its place.
@@ -61,7 +61,7 @@ impl<'a> Subject<'a> {
         triangle.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// The stated deviation of triangles from `producer`, in scaled units. 0 for source geometry.
+    /// The stated deviation of triangles that `producer` made, in scaled units. 0 for source geometry.
     pub(super) fn deviation_in_scaled(&self, producer: Option<u32>) -> f32 {
         let group = producer.map(|group| &self.hierarchy.groups[group as usize]);
         group.map_or(0.0, |group| group.deviation_in_local) * self.scaled_from_local

@@ -118,7 +118,7 @@ fn curves(poses: &[&PoseResult], methods: &[Method]) -> Vec<TrianglesAtError> {
 }
 
 /// The mean of clusterlod times the mean ratio of the method to clusterlod, over the poses that can be compared. `None`
-/// if there are too few of them, or if clusterlod draws the source itself in some pose.
+/// if there are too few of them, or if clusterlod cannot be compared in some pose.
 fn mean_point(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<TrianglesAtError> {
     let pairs_of = |method| -> Vec<Pair> {
         let pairs = poses.iter().map(|pose| Pair::new(pose, method, at_px));

@@ -45,7 +45,7 @@ fn cell(verdict: &Verdict) -> String {
     }
 }
 
-/// Formats a value with two or more digits.
+/// Formats a value for a narrow column.
 fn figure(value: f64, unit: &str) -> String {
     if value < 0.095 {
         format!("{value:.3}{unit}")

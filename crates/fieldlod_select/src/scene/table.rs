@@ -42,14 +42,14 @@ pub struct GroupTable {
     /// The producer and the triangles of each unit.
     units: Vec<[u32; 2]>,
     /// The groups that may be refined; `None` if the mesh is not loaded in parts, and all groups may be refined. If a
-    /// group is available, all coarser groups that consume its simplification are available. The refined groups among
-    /// them therefore make a cut.
+    /// group is available, all coarser groups that consume its simplification are available. Cuts that refine only
+    /// available groups are therefore valid.
     pub(crate) available: Option<Vec<u64>>,
     /// Counts changes of the available groups.
     pub(crate) available_revision: u32,
     /// Whether the mesh is drawn as a whole at one of its levels: each group simplifies the whole mesh.
     is_chain: bool,
-    /// The coarsest cut. It refines only terminal groups and the groups that must be refined with them.
+    /// The coarsest cut. It refines only terminal groups.
     pub(crate) coarsest_units: Vec<u32>,
     pub(crate) coarsest_refined: Vec<u64>,
     pub(crate) coarsest_triangle_count: u64,
@@ -150,7 +150,7 @@ impl GroupTable {
         found.unwrap_or(self.group_count - 1)
     }
 
-    /// The bits of the groups that are refined where a mesh as a whole is drawn at a level.
+    /// The bits of the groups that are refined when a chain is drawn at a level.
     pub(crate) fn refined_at_level(&self, level: usize) -> u64 {
         u64::MAX << level & self.present_in(0)
     }
@@ -174,8 +174,8 @@ impl GroupTable {
         }
     }
 
-    /// Closes a refinement like [`Hierarchy::close_refinement`], given the bits of terminal groups. Finer groups come
-    /// first, so one pass over the bits is enough, including those that it sets.
+    /// Like [`Hierarchy::close_refinement`]. The bits of all terminal groups must be set. Finer groups come first, so
+    /// one pass over the bits is enough, including those that it sets.
     pub(crate) fn close_refinement(&self, refined: &mut [u64]) {
         for word in 0..refined.len() {
             let mut done = 0u64;

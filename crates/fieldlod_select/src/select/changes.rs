@@ -28,9 +28,9 @@ struct RawChange {
 #[derive(Debug, Default)]
 pub(crate) struct Changes {
     all: Vec<RawChange>,
-    /// The units of all changes. The first units are 0, 1, 2 …; all changes from one unit to another use these.
+    /// The units of all changes. The first units are 0, 1, 2 …; changes from one unit below 64 to another use these.
     units: Vec<u32>,
-    /// The coarsest units of all meshes, after a first frame: its changes are not listed, because they equal the cuts.
+    /// The coarsest units of all meshes, only after a first frame, whose changes are the cuts.
     pub(super) coarsest: Option<Vec<Vec<u32>>>,
 }
 

@@ -44,10 +44,10 @@ impl Selector {
             let error_px = |group: usize| {
                 let (block, lane) = (group / LANES, group % LANES);
                 let share = shares.of_block(block)[lane];
-                // As for the refined group that it would be, so that an error on the edge of the view counts.
+                // `true`, as for a refined group, so that errors at the edge of the view count.
                 criterion.error_px(table.groups[block].at(lane), share, true) * placed.bias
             };
-            // Their units are in every cut, and are loaded with the mesh.
+            // Every cut refines terminal groups, so they are loaded with the mesh.
             let is_needed = |group: &usize| !is_set(&table.coarsest_refined, *group);
             for group in set_bits(&cut.refined).filter(is_needed) {
                 let is_missing = !is_set(available, group);

@@ -13,8 +13,8 @@ use crate::scene::columns::{EightSpheres, sphere_at};
 /// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
 /// instance outside the view.
 const MOST_LIGHTS: usize = 4;
-/// Sine of the angle below which a direction is along a side. The rounding of a few operations is far smaller, and a
-/// larger sine only keeps more casters.
+/// Sine of the angle below which a direction counts as parallel to a side. The rounding of a few operations is far
+/// smaller, and a larger sine only keeps more casters.
 const ALONG: f32 = 1e-3;
 
 /// A light that casts shadows into a view.
@@ -86,11 +86,11 @@ impl ShadowTest {
     pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
         let mut dark = [1; LANES];
         for light in &self.lights {
-            // A sun whose rays leave over no side lights everything: nothing is dark.
+            // Infinite: with a sun whose list of sides is empty, nothing is dark.
             let mut inside_by = [f32::INFINITY; LANES];
             match light {
                 LightTest::Sun(sides) => {
-                    // Beyond one such side, the whole shadow stays beyond it.
+                    // A sphere beyond a side casts its shadow beyond it.
                     for (inward, offset) in sides {
                         for (lane, least) in inside_by.iter_mut().enumerate() {
                             let (center, radius) = sphere_at(seen, lane);

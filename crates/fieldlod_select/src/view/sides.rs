@@ -5,8 +5,8 @@ use glam::Vec3;
 
 use crate::lanes::smaller;
 
-/// The sides of a view in camera space. The distance inside each is a sum of `x` or `y` and of `z` or 1, with these
-/// factors.
+/// The sides of a view in camera space. The distance inside a side is its first factor times `x` or `y`, plus its
+/// second times `z` or 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LensSides {
     is_orthographic: bool,
@@ -18,7 +18,7 @@ impl LensSides {
         let planes = planes_in_camera(camera);
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
-            // One of the two factors is zero.
+            // One term of each sum is zero.
             sides: planes.map(|(inward, offset)| [inward.x + inward.y, inward.z + offset]),
         }
     }

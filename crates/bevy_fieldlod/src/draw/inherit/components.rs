@@ -102,7 +102,7 @@ fn clone_components(
     }
     EntityCloner::build_opt_in(world)
         .move_components(moves)
-        // A required component may be one that the unit has its own of, such as its transform.
+        // Units have their own values of some required components, such as the transform.
         .without_required_components(|cloner| {
             cloner.allow_by_ids(present);
         })

@@ -96,7 +96,7 @@ fn alpha_of(mode: AlphaMode) -> Option<SurfaceAlpha> {
     }
 }
 
-/// The surface with a texture; `None` for images that are not in main memory, and for formats other than four bytes per
+/// The surface with a texture; `None` unless the image has two dimensions, is in main memory, and has four bytes per
 /// texel.
 fn with_image(plain: Surface, mapping: TextureMapping, image: &Image) -> Option<Surface> {
     // Without this usage, the data is present only until the renderer takes it, and the result would depend on timing.

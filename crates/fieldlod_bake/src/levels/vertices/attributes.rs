@@ -12,12 +12,12 @@ use crate::mesh::{MAX_COORDINATE, SourceMesh};
 /// props have 3 % fewer triangles at 1 px and 1 % more at 2.5 px, and four smooth models have 17 % more. Hard-edged
 /// scenes, each primitive simplified as a whole, had up to 20 % less image error at 0.1 than at 0.5.
 pub(crate) const NORMAL_WEIGHT: f32 = 0.45;
-/// Error of a texture that slides along the surface, relative to a surface that moves as far. The factor holds for a
-/// group as large as the mesh, and is proportionally smaller for a smaller group. At 0.15, textured props have 3 % more
+/// Error of sliding a texture, relative to moving the surface by the same distance. The factor holds for a group as
+/// large as the mesh, and is proportionally smaller for a smaller group. At 0.15, textured props have 3 % more
 /// triangles at equal image error; at 1 there is no difference.
 const UV_WEIGHT: f32 = 0.5;
-/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. At 0.125 and 0.5, a coloured rock has 3 to 4 % fewer
-/// triangles at equal image error, which is less than a step between levels.
+/// Error of a colour that changes by 1, as for [`NORMAL_WEIGHT`]. The value matters little: at 0.125 and 0.5, a
+/// coloured rock has 3 to 4 % fewer triangles at equal image error.
 const COLOR_WEIGHT: f32 = 0.25;
 /// Interpolated normals below this length are not used. At 0.01, a rock with missing normals shows bright specks where
 /// they begin; normals of unit length are hardly ever interpolated to less than a half.
@@ -135,8 +135,8 @@ impl AttributeLayout {
             .all(|(a, b)| (a - b).abs() <= ATTRIBUTE_TOLERANCE)
     }
 
-    /// Makes an interpolated row valid: normals get unit length, and colours stay in the range of the source. Values
-    /// that are not finite are taken from `before`.
+    /// Makes an interpolated row valid: normals get unit length, and colours stay in the range of the source. A row
+    /// with a value that is not finite is replaced by `before`.
     pub(crate) fn make_valid(&self, row: &mut [f32], before: &[f32]) {
         if row.iter().any(|number| !number.is_finite()) {
             row.copy_from_slice(before);
@@ -171,8 +171,7 @@ impl AttributeLayout {
         self.make_valid(row, &before);
     }
 
-    /// Row of a vertex on the back of a sheet. `own` is the row of its front vertex, which was moved from a vertex with
-    /// the row `front`. The back of that vertex has the row `back`.
+    /// Row of a vertex on the back of a sheet whose front changed from `front` to `own`. `back` is its old row.
     pub(crate) fn back_row(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
         let changes = own.iter().zip(front);
         let changed = back
@@ -226,7 +225,7 @@ impl UvScale {
         let Some((low, high)) = bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))) else {
             return Self::default();
         };
-        // Sliding across the mesh is a change of about 1, but the range of all coordinates is at most 1.
+        // Sliding across the mesh is a change of about 1. A smaller scale keeps the range of all coordinates within 1.
         let range = (high - low).max_element();
         let scale = mesh_per_uv(mesh, uvs).min(range.recip());
         Self {

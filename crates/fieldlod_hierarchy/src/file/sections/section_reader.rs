@@ -16,8 +16,8 @@ use crate::file::vertices::rows::{Prediction, Rows};
 use crate::file::vertices::vertex_order;
 use crate::hierarchy::{Group, NO_GROUP, Unit};
 
-/// Reads a section and appends it to `coded`. The section ends with `unused_vertices` vertices that no
-/// unit uses, and with the source vertices of `origins` moved vertices.
+/// Reads a section and appends it to `coded`. The section ends with `unused_vertices` vertices that no unit uses, and
+/// with `origins` entries of `moved_from`.
 pub(crate) fn read(
     bytes: &[u8],
     coded: &mut Coded,
@@ -235,7 +235,7 @@ impl SectionReader<'_> {
         Ok(predictor.finish(unused_vertices))
     }
 
-    /// Reads a count and as many numbers.
+    /// Reads a list of numbers after its count.
     fn read_counted(&mut self, what: &'static str) -> Result<Vec<u32>, FileError> {
         let count: u32 = self.reader.value(what)?;
         let count = self.budget.claim(u64::from(count), 4)?;

@@ -27,7 +27,7 @@ impl SceneCuts {
         };
         self.memories.resize(count, nothing);
         let keeps_states = frame.keeps_states();
-        // The units of limits depend on the proportion of both thresholds, not on their size: a zoom keeps them.
+        // Limits depend on the ratio of both thresholds, which a zoom does not change.
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
                 for &slot in changed {
@@ -78,7 +78,7 @@ impl SceneCuts {
         }
         let seen = occupant.seen_mesh(frame.view.layers);
         let state = self.memories[slot].state;
-        // A hold bounds the motion of the camera only, not that of the instance.
+        // A hold covers the motion of the camera only, and the instance may have moved.
         if let InstanceState::Mixed(key) = state {
             self.pool.at_mut(key).hold = None;
         }

@@ -7,8 +7,8 @@ use crate::import::rig::ancestors;
 use crate::import::{Channel, Clip, Import, Node, Property};
 use crate::mesh::MAX_COORDINATE;
 
-/// Poses chosen from clips. With 8, characters have 6 % more triangles at equal deviation, and held-out clips reach 0.82
-/// instead of 0.73 of the stated deviation. With 32, they have 1 % more, and bakes take a third longer.
+/// Poses chosen from clips. With 8, characters have 6 % more triangles at equal deviation, and held-out clips reach
+/// 0.82 instead of 0.73 of the stated deviation. With 32, triangles rise by 1 %, and bakes take a third longer.
 const CHOSEN: usize = 16;
 /// Poses of all clips to choose from. Bounds the memory for files with thousands of clips.
 const MOST_CANDIDATES: usize = 1 << 12;
@@ -21,22 +21,22 @@ const MOST_INSTANCES: usize = 16;
 /// held-out clips reach 0.89 instead of 0.69 of the stated deviation. With 512, triangles differ by less than 1 %.
 const COMPARED_VERTICES: usize = 256;
 /// Number of joints that are bent. Joints with the most weight come first. The rest are fingers and the like, which
-/// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated. With 32 or
-/// 128, the characters of the lab's record have equal levels.
+/// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated. With 32 or 128, the
+/// characters of the lab's record keep their levels.
 const MOST_BENT: usize = 64;
 /// Angle by which joints are bent without clips, about each axis in both directions. At half of it, a clip of the fox
 /// deviates 1.07 times as far as stated, instead of 0.75 times. At double the angle, guarantees are up to 25 % larger.
 const BEND: f32 = 1.3;
 /// Angle by which joints are bent if there are clips, which show larger bends. Without bent joints, a held-out clip of
-/// CesiumMan deviates 1.15 times as far as stated; at half of the angle 1.00 times; at double the angle, the guarantee
-/// is 9 % larger.
+/// CesiumMan deviates 1.15 times as far as stated. At half the angle, it is 1.00 times. At double the angle, the
+/// guarantee is 9 % larger.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
-/// Poses that guide the simplification and choose between its results. Each one costs a measurement of every candidate.
-/// With 16, characters have 5 % more triangles at equal deviation. Only characters with many morph targets or instances
-/// have more than 32.
+/// Poses that guide the simplification and choose between its results. Each one costs a measurement of every
+/// simplification. With 16, characters have 5 % more triangles at equal deviation. Only characters with many morph
+/// targets or instances have more than 32.
 const MOST_GUIDING: usize = 32;
 
-/// Positions of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
+/// Transforms of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
 /// carrier joint.
 #[derive(Clone, Debug, Default)]
 pub struct Pose {
@@ -70,7 +70,8 @@ impl Pose {
         positions
     }
 
-    /// The normals of all vertices, if the source has normals. Scales of joints and morph targets are ignored.
+    /// The normals of all vertices, if the source has normals. Morph targets are ignored, and scaled joints are
+    /// inexact.
     #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn normals(&self, character: &Character<'_>) -> Vec<Vec3> {
@@ -137,7 +138,7 @@ impl Training {
     }
 }
 
-/// Poses at keyframes of clips, at most 64 of each. Empty if no clip moves the character.
+/// Poses at up to 64 keyframes of each clip. Empty if no clip moves the character.
 #[must_use]
 pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) -> Vec<Pose> {
     let rig = Rig::of(character, import);
@@ -305,8 +306,8 @@ impl<'a> Rig<'a> {
         self.poses(&changes.collect::<Vec<_>>())
     }
 
-    /// The poses in which some properties of nodes differ from the rest pose: one for each instance with other weights
-    /// of morph targets. Degenerate poses, and poses that are too far away, are left out.
+    /// The rest pose with `changes` applied: one pose for each distinct set of morph weights of the instances.
+    /// Degenerate poses, and poses that are too far away, are left out.
     fn poses(&self, changes: &[Change]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::new();
         let Some(joints) = self.joints_in(changes) else {

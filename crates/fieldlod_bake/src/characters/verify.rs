@@ -32,8 +32,8 @@ impl RiggedVerified {
 /// Checks the hierarchies of all primitives that have a skin or morph targets. Every invariant is checked. Deviations
 /// are measured in poses of the clips, of morph targets, and of bent joints.
 ///
-/// `baked` has a hierarchy for each primitive of the import. Hierarchies of other primitives are ignored. The result is
-/// in the order of the import.
+/// `baked` has one entry per primitive of the import. Entries of static primitives are ignored. The result is in the
+/// order of the import.
 #[must_use]
 pub fn verify_rigged(
     import: &Import,

@@ -7,7 +7,7 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 /// Factor for the measured distance: points between samples may be farther. Ten times as many samples usually find at
 /// most 5 % more. Larger factors keep finer levels for longer than needed.
 pub(super) const SAMPLING_MARGIN: f32 = 1.05;
-/// The same factor for aggregates, because grown elements are large compared to the distances between samples. With
+/// The factor for aggregates, because grown elements are large compared to the distances between samples. With
 /// [`SAMPLING_MARGIN`], one of 204 bakes of game assets exceeded its stated deviation by a tenth.
 pub(super) const AGGREGATE_MARGIN: f32 = 1.2;
 /// The margin covers parts whose squared distance is at most this factor times the largest.
@@ -16,7 +16,7 @@ pub(super) const MARGIN_SQUARED: f32 = SAMPLING_MARGIN * SAMPLING_MARGIN;
 /// distance. At 0.35, deviations of six meshes do not differ; at 1.4, 23 of 260 groups exceed their stated deviation,
 /// by up to 4 %.
 const MAX_LOW_HEIGHT: f32 = 0.7;
-/// A low part is skipped if its centre is beside the nearest triangle by at most this share. Otherwise the centre may
+/// A low part is skipped if the squared sideways distance of its centre is at most this share. Otherwise the centre may
 /// be above a gap. At 0.03, deviations of six meshes do not differ; at 0.12, bakes are 6 % faster.
 const MAX_BESIDE: f32 = 0.06;
 

@@ -134,7 +134,7 @@ fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a 
     Ok(taken)
 }
 
-/// The document of a file's JSON, without parts that a bake ignores.
+/// The document of a file's JSON, without animations.
 pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
     drop_unread_parts(&mut json);
     let mut root: gltf::json::Root = serde_json::from_value(json).map_err(|e| invalid(&e))?;
@@ -163,8 +163,8 @@ fn invalid(error: &dyn std::fmt::Display) -> ImportError {
     ImportError::Invalid(one_line(&error.to_string()))
 }
 
-/// Removes parts that extensions change and the gltf crate would reject. Animations are read separately. Textures may
-/// have an image only in an extension; they get that image, or one without bytes.
+/// Removes animations, which the gltf crate rejects with some extensions. They are read separately. A texture without
+/// `source` gets the image of an extension, or an empty image.
 fn drop_unread_parts(json: &mut Value) {
     if let Some(json) = json.as_object_mut() {
         json.remove("animations");

@@ -1,5 +1,5 @@
 //! Builds levels: clusters are gathered in groups, each group is simplified, and the result is split into clusters.
-//! This repeats until a dozen triangles are left.
+//! This repeats until a dozen triangles are left, or nothing can be simplified.
 
 use crate::config::BakeConfig;
 use crate::deviation::SourceSurface;
@@ -15,11 +15,11 @@ use crate::report::BakeReport;
 
 /// Simplification ends at this number of triangles: a coarser level would still need one draw call.
 const MIN_TRIANGLES: usize = 12;
-/// Group size grows by this factor if a level is stuck: larger groups lock fewer vertices. At 2 and 8, nine props have
-/// equal levels.
+/// Group size grows by this factor if a level is stuck: larger groups lock fewer vertices. At 2 or 8, nine props keep
+/// their levels.
 const GROWTH: usize = 4;
 /// A level that keeps more than this share of its triangles makes almost no progress. The next level is one group. At
-/// 0.96 and 1, nine props have equal levels.
+/// 0.96 or 1, nine props keep their levels.
 const STALLED_ABOVE: f32 = 0.98;
 
 /// Builds the levels of `mesh`, and measures the deviation of each group from it. Finer groups come before coarser

@@ -66,7 +66,7 @@ impl SimplifiedGroup {
         })
     }
 
-    /// Adds the group that consumes `part`, and its new vertices. Returns its clusters.
+    /// Adds the group that consumes `part`, and its new vertices. Returns the new clusters.
     fn emit(
         self,
         part: Vec<Cluster>,
@@ -91,7 +91,7 @@ impl SimplifiedGroup {
     fn add_vertices(&self, vertices: &mut LevelVertices) -> Vec<u32> {
         let width = vertices.layout.width();
         let mut to_all = vec![NONE; self.piece.vertices.len()];
-        // For each position, the first new vertex there. The index is the first own vertex at the position.
+        // For each old position, the first moved vertex. The index is the first own vertex at the position.
         let mut first_at = vec![NONE; self.piece.vertices.len()];
         for &own in self.clusters.iter().flat_map(|(corners, _)| corners) {
             let own = own as usize;

@@ -71,7 +71,7 @@ pub(crate) struct Simplified {
 }
 
 impl Task<'_> {
-    /// Tries all methods, best first. Yields results with enough progress that open no edge.
+    /// Tries all methods, best first. Yields results that progress enough and open no edge.
     ///
     /// Loose parts of a machine often have a smaller error as surfaces than as elements: then `Moved` comes first.
     pub(crate) fn attempts(&self) -> impl Iterator<Item = Simplified> + '_ {
@@ -324,7 +324,7 @@ impl Task<'_> {
             }
             let before = self.vertices.row(self.piece.vertices[own]);
             let row = &mut simplified.rows[own * width..][..width];
-            // An earlier triangle has this corner, or the vertex was fitted to its element.
+            // Already marked by an earlier triangle, or fitted to its element.
             if simplified.is_new[own] {
                 continue;
             }
@@ -340,9 +340,9 @@ impl Task<'_> {
         }
     }
 
-    /// Length of the longest edge of a new or moved triangle if textures may be torn; otherwise 0.
-    /// It is a lower bound for the deviation. A guarantee then draws torn triangles only if they are smaller than the
-    /// allowed deviation.
+    /// Length of the longest edge of a new or moved triangle if textures may be torn; otherwise 0. It is a lower bound
+    /// for the deviation. With a guarantee, torn triangles are drawn only if they are smaller than the allowed
+    /// deviation.
     fn longest_torn_edge(&self, simplified: &Simplified) -> f32 {
         let tears = matches!(simplified.method, Method::Torn | Method::Sloppy);
         if !tears || !self.vertices.layout.has_uvs() {

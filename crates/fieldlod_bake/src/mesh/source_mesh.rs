@@ -158,7 +158,7 @@ impl SourceMesh {
     }
 
     fn check_counts(&self) -> Result<(), MeshError> {
-        // Counts come first: the other checks index by them.
+        // Counts come first: their errors are the clearest.
         let count = self.indices.len();
         if count == 0 {
             return Err(MeshError::NoTriangles);

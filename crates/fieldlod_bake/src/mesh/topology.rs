@@ -31,8 +31,8 @@ const SAME_NORMAL: f32 = 0.01;
 const SAME_COLOR: f32 = 0.003;
 /// Cosine between tangents of one corner: they differ by less than 60°. Tangents only orient a normal map.
 const SAME_TANGENT: f32 = 0.5;
-/// Limit for comparisons with corners of the same place: the tip of a cone may have thousands. At 8, nine props
-/// have equal levels.
+/// Limit for comparisons with corners of the same place: the tip of a cone may have thousands. At 8, nine props keep
+/// their levels.
 const MAX_CORNERS: usize = 16;
 
 /// Places and corners of a mesh.

@@ -26,7 +26,7 @@ use crate::picture::count_beyond;
 
 struct Show {
     stage: Stage,
-    /// Whether entities get another [`Mesh3d`]. Otherwise they keep it, and the render world draws another mesh.
+    /// Whether entities get another [`Mesh3d`]. Otherwise only the render world draws another mesh.
     swaps: bool,
     /// The mesh of all entities, and two others.
     meshes: [Handle<Mesh>; 3],
@@ -247,7 +247,7 @@ fn substituted_mesh_looks_like_swapped_mesh() {
         let differences: Vec<usize> = pairs.map(|(a, b)| count_beyond(a, b, 2)).collect();
         assert_eq!(differences, [0; 32]);
     }
-    // Consecutive frames of each camera differ.
+    // At least eight of the pairs of frames differ.
     let frames = swapped.windows(3);
     let changes = frames.filter(|frames| count_beyond(&frames[0], &frames[2], 2) > 125);
     assert!(changes.count() >= 8);

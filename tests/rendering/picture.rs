@@ -31,7 +31,7 @@ pub(crate) fn count(mask: &[bool]) -> usize {
     mask.iter().filter(|&&set| set).count()
 }
 
-/// The pixels of `color` that cannot be reached from the picture's edge through pixels of `color`.
+/// The number of pixels of `color` that no path of `color` joins to the picture's edge.
 pub(crate) fn enclosed(picture: &RgbaImage, color: image::Rgba<u8>) -> usize {
     let (width, height) = picture.dimensions();
     let (width, height) = (width as usize, height as usize);

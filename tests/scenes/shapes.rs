@@ -3,10 +3,10 @@
 use bevy::prelude::*;
 use fieldlod_bake::{SourceMesh, fixtures};
 
-/// Metres of a bay of a house, along and up.
+/// Width and height of a bay of a house, in metres.
 pub(super) const BAY: f32 = 3.0;
 
-/// A house of `112 · bays · floors` triangles: each bay has a window behind a reveal, and a sill. Hard edges.
+/// A house of `112 · bays · floors + 2` triangles: each bay has a recessed window and a sill. Hard edges.
 pub(super) fn house(bays: u32, floors: u32) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     let half = bays as f32 * BAY * 0.5;
@@ -24,7 +24,7 @@ pub(super) fn house(bays: u32, floors: u32) -> SourceMesh {
     mesh
 }
 
-/// A piece of wall around a window.
+/// Adds a wall with a window and a sill.
 fn push_bay(mesh: &mut SourceMesh, to_wall: &dyn Fn(Vec3) -> Vec3) {
     let rectangle = |[left, low]: [f32; 2], [right, high]: [f32; 2], z: f32| {
         [[left, low], [right, low], [right, high], [left, high]].map(|[x, y]| Vec3::new(x, y, z))
@@ -108,8 +108,8 @@ pub(super) fn lamp(height: f32) -> SourceMesh {
     fixtures::joined(&[pole, globe])
 }
 
-/// A surface of `2 · rings · around` triangles along a tube. `at` gets the share of the length, and a point of a unit
-/// square with round corners.
+/// A surface of `2 · rings · around` triangles along a tube. `at` gets the share of the length, and a point with x⁴ +
+/// y⁴ = 1.
 fn tube(rings: u32, around: u32, at: impl Fn(f32, Vec2) -> Vec3) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     for ring in 0..=rings {

@@ -1,5 +1,5 @@
-//! From a scene and a view to cuts: the pass over all instances, the decisions on near instances, and the state of
-//! both. [`Selector`](crate::Selector) calls these steps in order.
+//! Selects the cuts of a scene in a view: limits, one pass over all instances, and decisions on near instances.
+//! [`Selector`](crate::Selector) calls these steps in order.
 
 mod bounds_test;
 pub(crate) mod budget;

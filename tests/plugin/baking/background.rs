@@ -103,7 +103,7 @@ fn largest_mesh_on_screen_is_prepared_first() {
     assert!(is_ready(&app, rocks[2]));
 }
 
-/// Threads of a name, each with its niceness.
+/// The niceness of each thread with `name` in its name.
 #[cfg(target_os = "linux")]
 fn niceness_of_threads(name: &str) -> Vec<i32> {
     let tasks = std::fs::read_dir("/proc/self/task").unwrap();

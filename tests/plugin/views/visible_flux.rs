@@ -38,7 +38,7 @@ fn hidden_object_needs_fewer_triangles() {
     let (mut app, camera, wall) = rock_behind_a_rock(true);
     let hidden = drawn(&app, camera);
     assert!(hidden < all, "{hidden} of {all}");
-    // Without the wall, nothing is hidden, in the same frame.
+    // The first frame without the wall hides nothing.
     app.world_mut().entity_mut(wall).despawn();
     app.update();
     let (alone, other, _) = before_a_camera(6, 12.0);
@@ -74,7 +74,7 @@ fn transparent_object_hides_nothing() {
     insert(&mut app, wall, glass);
     (0..3).for_each(|_| app.update());
     let rock_behind_glass = drawn(&app, camera);
-    // The near side of the rock still hides its far side.
+    // Glass does not hide the rock as a wall does.
     let (alone, other, _) = before_a_camera(6, 12.0);
     let hidden_behind_glass = all - rock_behind_glass;
     assert!(

@@ -1,8 +1,8 @@
 //! Clips triangles to a guard band around the image.
 //!
-//! `f32` would lose the depths of a triangle that reaches far beyond the image: a ground of 1,000 m that passes below the
-//! camera has corners a hundred million texels away. These triangles are clipped in `f64`. The image then has the
-//! nearness of a surface within a twentieth of a texel of the texel's centre.
+//! `f32` would lose the depths of a triangle that reaches far beyond the image. A ground of 1,000 m below the camera
+//! has corners a hundred million texels away. These triangles are clipped in `f64`. Each texel then has the nearness of
+//! the surface within a twentieth of a texel of its centre.
 
 use glam::{DVec3, Vec3};
 
@@ -29,8 +29,7 @@ impl Corner {
     }
 }
 
-/// Calls `draw` with the corners in the image of each part of a triangle in the guard band: the triangle itself, or the
-/// parts of a clipped triangle.
+/// Calls `draw` with the image corners of a triangle, or of each part of a clipped triangle.
 #[inline(always)]
 pub(crate) fn clipped_parts(
     plane: &ImagePlane,

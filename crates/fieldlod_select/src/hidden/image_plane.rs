@@ -10,15 +10,16 @@ use crate::lanes::Eight;
 use crate::lanes::bits::LANES;
 
 /// Texels along the longer side of the image. In a smaller image, small instances have too few texels. In a walk among
-/// 10,000 rocks, 128 drew 1.14 times the triangles and took 0.4 of the time; 512 drew 0.92 of the triangles and took 3.5
-/// times the time.
+/// 10,000 rocks, 128 drew 1.14 times the triangles and took 0.4 of the time. 512 drew 0.92 of the triangles and took
+/// 3.5 times the time.
 const LONGER_SIDE: f32 = 256.0;
 /// Least side in texels: one element of lanes. Sides are multiples of it.
 const LEAST_SIDE: usize = 8;
 /// Bound of the rounding of positions, in texels. With a smaller bound, a sphere may miss texels that it covers.
 const ROUNDING: f32 = 0.01;
-/// Corners of triangles may be this many texels outside the image. With a wider guard band, `f32` loses the depths of more
-/// triangles; with a narrower one, more triangles are clipped. With 64 and 1024, a walk over a ground took as long.
+/// Corners of triangles may be this many texels outside the image. With a wider guard band, `f32` loses the depths of
+/// more triangles; with a narrower one, more triangles are clipped. 64 and 1024 took equal time in a walk over a
+/// ground.
 const GUARD_BAND: f32 = 256.0;
 /// Least depth of points in the image, because the nearness `1/z` needs a positive depth.
 pub(crate) const NEAREST: f32 = 1e-3;
@@ -64,7 +65,7 @@ impl ImagePlane {
             }
             Camera::Orthographic(camera) => (false, camera.min, camera.max, camera.pixels_per_unit),
         };
-        // In the proportions of the image. Casts saturate, and take NaN to 0.
+        // It keeps the aspect ratio of the image. Casts saturate, and take NaN to 0.
         let size_px = (max - min) * px_per_unit;
         let longer = size_px.x.max(size_px.y);
         let side = |px: f32| {
@@ -188,8 +189,8 @@ impl ImagePlane {
         if !(NEAREST..f32::INFINITY).contains(&depth) {
             return None;
         }
-        // A bound of the distance in the image from its centre.
         let at = self.project(center);
+        // `reach` bounds the radius of the sphere in the image.
         let side = |at: f32, slope: f32, scale: f32, count: usize| {
             let reach = if self.is_perspective {
                 radius * (1.0 + slope.abs()) / depth
@@ -224,7 +225,7 @@ impl ImagePlane {
         if max.z < NEAREST {
             return true;
         }
-        // Slopes are extreme at one end or the other.
+        // Slopes are extreme at `min.z` or `max.z`.
         let depths = match self.is_perspective {
             true if min.z < NEAREST => return false,
             true => [min.z, max.z],

@@ -17,18 +17,18 @@ use crate::view::stretch::largest_stretch;
 /// Radius in texels from which the groups of an instance have shares of their own. A smaller radius costs more samples;
 /// a larger radius counts the hidden groups of large instances as visible. 12 and 48 drew 1.001 times the triangles.
 const LARGE_RADIUS: f32 = 24.0;
-/// Sample points of a whole instance, and of a whole instance with a radius below [`SMALL_RADIUS`]. Fewer points give
-/// coarser steps of the share. 16 points drew 1.013 times the triangles in 0.95 of the time, and 64 took 1.1 times the
-/// time. 16 points of small instances drew 0.99 of the triangles in 1.1 times the time. A radius of 0.5 took 1.17 times
-/// the time, and a radius of 2 drew 1.014 times the triangles in 0.95 of the time.
+/// Sample points of an instance, and of an instance below [`SMALL_RADIUS`] texels. Fewer points give coarser steps of
+/// the share. 16 points drew 1.013 times the triangles in 0.95 of the time, and 64 took 1.1 times the time. 16 points
+/// of small instances drew 0.99 of the triangles in 1.1 times the time. A radius of 0.5 took 1.17 times the time, and a
+/// radius of 2 drew 1.014 times the triangles in 0.95 of the time.
 const INSTANCE_SAMPLES: usize = 32;
 const SMALL_SAMPLES: usize = 8;
 const SMALL_RADIUS: f32 = 1.0;
-/// Relative distance behind a texel at which a point is still visible. Without it, surfaces hide themselves by
-/// rounding; a larger distance sees through thin occluders. From 0.0003 to 0.01, the triangles were the same.
+/// Relative distance behind a texel at which a point is still visible. Without it, touching instances hide each other;
+/// a larger distance sees through thin occluders. From 0.0003 to 0.01, the triangles were the same.
 const SAME_DEPTH: f32 = 1e-3;
 
-/// The points of one instance, as the depth image tests them.
+/// The index of a tested instance, and its place in camera space.
 struct Query {
     linear: Mat3,
     origin: Vec3,
@@ -68,7 +68,6 @@ impl OcclusionBuffer {
         if radius >= LARGE_RADIUS && !table.has_one_place() {
             return None;
         }
-        // The texels of the instance itself hide none of its points.
         let count = if is_small {
             SMALL_SAMPLES
         } else {
@@ -78,6 +77,7 @@ impl OcclusionBuffer {
         let samples = table.samples.of_mesh(count);
         Some(with_avx2(
             #[inline(always)]
+            // Texels of the instance itself hide none of its points.
             || self.share(samples, &query, None),
         ))
     }

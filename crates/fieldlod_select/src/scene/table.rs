@@ -14,7 +14,7 @@ use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
 
 /// The part of a [`Hierarchy`] that selection reads; it does not borrow the hierarchy.
 ///
-/// Tests go from bounds of 64 groups to bounds of eight and to each group.
+/// Selection tests bounds of 64 groups, then of eight, then each group.
 #[derive(Clone, Debug)]
 pub struct GroupTable {
     pub(crate) group_count: usize,
@@ -42,8 +42,8 @@ pub struct GroupTable {
     /// The producer and the triangles of each unit.
     units: Vec<[u32; 2]>,
     /// The groups that may be refined; `None` if the mesh is not loaded in parts, and all groups may be refined. If a
-    /// group is available, all coarser groups that consume its simplification are available. Cuts that refine only
-    /// available groups are therefore valid.
+    /// group is available, all coarser groups that consume its simplification are available. A valid cut without its
+    /// unavailable groups is therefore valid.
     pub(crate) available: Option<Vec<u64>>,
     /// Counts changes of the available groups.
     pub(crate) available_revision: u32,
@@ -79,7 +79,6 @@ impl GroupTable {
             level_errors: LevelErrors::new(groups, is_chain),
             levels: groups.iter().map(|group| group.level).collect(),
             terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
-            // The links of the cut rule.
             coarser,
             first_coarser,
             first_unit: groups.iter().map(|group| group.first_unit).collect(),
@@ -175,7 +174,7 @@ impl GroupTable {
     }
 
     /// Like [`Hierarchy::close_refinement`]. The bits of all terminal groups must be set. Finer groups come first, so
-    /// one pass over the bits is enough, including those that it sets.
+    /// one pass also visits the bits that it sets.
     pub(crate) fn close_refinement(&self, refined: &mut [u64]) {
         for word in 0..refined.len() {
             let mut done = 0u64;
@@ -200,7 +199,7 @@ impl GroupTable {
         &self.coarser[self.first_coarser[group] as usize..self.first_coarser[group + 1] as usize]
     }
 
-    /// The units of a valid cut, ascending, appended to `units`; returns their triangles.
+    /// Appends the units of a valid cut, ascending; returns the number of their triangles.
     pub(crate) fn gather_units(&self, refined: &[u64], units: &mut Vec<u32>) -> u64 {
         let mut triangle_count = 0;
         for group in set_bits(refined) {

@@ -24,7 +24,7 @@ pub(crate) enum InstanceState {
 }
 
 impl InstanceState {
-    /// The mesh drawn without a cut of its own.
+    /// The mesh of `Coarsest` and `AtLevel`.
     pub(crate) fn mesh(self) -> Option<MeshId> {
         match self {
             Self::Coarsest(mesh) | Self::AtLevel(mesh, _) => Some(mesh),
@@ -32,7 +32,7 @@ impl InstanceState {
         }
     }
 
-    /// The units drawn without a cut of its own, and their triangles.
+    /// The units of `Coarsest` and `AtLevel`, and the number of their triangles.
     pub(crate) fn drawn_whole(self, scene: &Scene) -> (&[u32], u64) {
         match self {
             Self::Coarsest(mesh) => {

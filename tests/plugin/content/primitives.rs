@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::content::scenes::spawn_scene;
 use crate::content::surfaces::{baked_entries, entries, entry_of, set_cache};
 use crate::gltf_file::GltfFile;
-use crate::headless::{app_in, failures, origins, ready};
+use crate::headless::{app_in, failures, origins, progress, ready};
 
 /// Some triangles of a mesh, with the vertices that they use.
 fn part(mesh: &SourceMesh, triangles: impl Iterator<Item = usize>) -> SourceMesh {
@@ -129,4 +129,17 @@ fn cache_distinguishes_kinds_of_primitives() {
     let joined = joined.into_iter().map(|baked| entry_of(baked.unwrap().0));
     let found = entries(&cache);
     assert!(found.len() == 6 && joined.into_iter().all(|entry| found.contains(&entry)));
+}
+
+/// A primitive with few triangles keeps its border to primitives that are baked alone.
+#[test]
+fn small_primitive_of_a_large_gltf_mesh_stays_plain() {
+    let mut file = file_of(&stripes(64, 60, 5));
+    file.glb();
+    let mut app = app_in(file.folder());
+    let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
+    config.bake.together_below_triangles = 8000;
+    spawn_scene(&mut app, None);
+    ready(&mut app, 5);
+    assert_eq!(progress(&app).plain, 1);
 }

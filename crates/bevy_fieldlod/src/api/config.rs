@@ -31,7 +31,8 @@ pub struct FieldLodAppConfig {
     /// Adds levels of detail to every [`Mesh3d`] of the world, except those under a [`NoLod`](crate::NoLod), as if
     /// each were under an [`AutoLod`](crate::AutoLod).
     pub whole_world: bool,
-    /// Meshes with fewer triangles are drawn without levels of detail, except primitives of larger glTF meshes.
+    /// Meshes with fewer triangles are drawn without levels of detail, except primitives that are baked with larger
+    /// ones.
     pub plain_below_triangles: u32,
     /// Meshes with at least this many triangles are drawn as units, each at its own level. Meshes between the two
     /// thresholds are drawn as whole meshes. A larger primitive that cannot keep the vertices where it meets other

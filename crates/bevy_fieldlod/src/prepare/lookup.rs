@@ -16,7 +16,7 @@ use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedFiles, Surf
 use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
-use super::source_arrays::{place_in_gltf, primitives_beside, triangle_count};
+use super::source_arrays::{place_in_gltf, primitives_together, triangle_count};
 use super::threads::{PrepareThreads, Threads};
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
@@ -380,7 +380,7 @@ impl LodMeshLookup<'_> {
             }
             kind_of_rigged(request.kind)
         } else {
-            self.kind_of(mesh, request.kind, triangles)
+            self.kind_of(mesh, request, triangles)
         };
         if provider.is_none() && kind == LodKind::Plain {
             return Ok(LodMeshEntry::Plain(None));
@@ -406,17 +406,24 @@ impl LodMeshLookup<'_> {
         Ok(LodMeshEntry::Preparing(task, triangles))
     }
 
-    /// The kind of a mesh that is not rigged. A small primitive of a larger glTF mesh changes levels with the others:
+    /// The kind of a mesh that is not rigged. A small primitive that is baked with others changes levels with them:
     /// otherwise there would be cracks.
-    fn kind_of(&self, mesh: AssetId<Mesh>, kind: LodKind, triangles: usize) -> LodKind {
-        let own = self.config.kind_for(kind, triangles);
-        if own != LodKind::Plain || kind == LodKind::Plain {
-            return own;
+    fn kind_of(&self, mesh: AssetId<Mesh>, request: &LodRequest, triangles: usize) -> LodKind {
+        let kind_for = |triangles| self.config.kind_for(request.kind, triangles);
+        if request.kind == LodKind::Plain || kind_for(triangles) != LodKind::Plain {
+            return kind_for(triangles);
         }
-        let beside = primitives_beside(mesh, &self.meshes, &self.assets);
-        let others = beside.filter(|(other, _)| *other != mesh);
-        let mut kinds = others.map(|(_, mesh)| self.config.kind_for(kind, triangle_count(mesh)));
-        if kinds.any(|other| other != LodKind::Plain) {
+        #[cfg(feature = "bake")]
+        let most_triangles = {
+            let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+            config.together_below_triangles
+        };
+        // The default of bakes.
+        #[cfg(not(feature = "bake"))]
+        let most_triangles = 1 << 16;
+        let group = primitives_together(mesh, most_triangles, &self.meshes, &self.assets);
+        let mut all = group.iter().flatten();
+        if all.any(|(_, mesh)| kind_for(triangle_count(mesh)) != LodKind::Plain) {
             LodKind::WholeMesh
         } else {
             LodKind::Plain

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 #[cfg(feature = "bake")]
 use std::sync::{Arc, OnceLock};
 
-use bevy::asset::{AssetId, AssetPath, AssetServer, Assets, RenderAssetUsages};
+use bevy::asset::{AssetId, AssetServer, Assets, RenderAssetUsages};
 use bevy::gltf::GltfAssetLabel;
 use bevy::mesh::{Indices, Mesh, MeshVertexAttributeId, PrimitiveTopology, VertexAttributeValues};
 use bevy::platform::collections::HashMap;
@@ -256,30 +256,39 @@ pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
     Some([mesh.parse().ok()?, primitive.parse().ok()?])
 }
 
-/// The primitives of the glTF mesh that `mesh` belongs to, in order, without skinned and morphed ones, and without points
-/// and lines. Empty for meshes that are not from a glTF file.
-pub(super) fn primitives_beside<'a>(
+/// Largest number of primitives that are baked together. Each of them searches for the others.
+const MOST_TOGETHER: usize = 64;
+
+/// The primitives of the glTF mesh of `mesh` that are baked together, in order. `None` for other meshes, for a single
+/// primitive, and for too many or too large ones: a group is in memory as a whole, and baked again if one of its meshes
+/// changes.
+pub(super) fn primitives_together<'a>(
     mesh: AssetId<Mesh>,
+    most_triangles: usize,
     meshes: &'a Assets<Mesh>,
     assets: &AssetServer,
-) -> impl Iterator<Item = (AssetId<Mesh>, &'a Mesh)> {
-    let path = assets.get_path(mesh).map(AssetPath::into_owned);
-    let place = path.as_ref().and_then(|path| place_in_gltf(path.label()?));
-    let handle = move |primitive| {
-        let path = path.clone()?;
-        let [mesh, _] = place?;
-        let mesh = mesh as usize;
+) -> Option<Vec<(AssetId<Mesh>, &'a Mesh)>> {
+    let path = assets.get_path(mesh)?.into_owned();
+    let [of_mesh, _] = place_in_gltf(path.label()?)?;
+    let handle = |primitive| {
+        let mesh = of_mesh as usize;
         let label = GltfAssetLabel::Primitive { mesh, primitive };
-        assets.get_handle::<Mesh>(path.with_label(label.to_string()))
+        assets.get_handle::<Mesh>(path.clone().with_label(label.to_string()))
     };
     // The loader numbers primitives without gaps.
     let handles = (0..).map_while(handle);
     let loaded = handles.filter_map(|handle| Some((handle.id(), meshes.get(&handle)?)));
-    // Characters are baked from their file.
+    // Characters are baked from their file. Points and lines have no levels.
     let is_baked = |mesh: &Mesh| {
         mesh.primitive_topology() == PrimitiveTopology::TriangleList && !is_rigged(mesh)
     };
-    loaded.filter(move |(_, mesh)| is_baked(mesh))
+    let baked = loaded.filter(|(_, mesh)| is_baked(mesh));
+    let found: Vec<(AssetId<Mesh>, &Mesh)> = baked.take(MOST_TOGETHER + 1).collect();
+    let triangles = found.iter().map(|(_, mesh)| triangle_count(mesh));
+    let is_group = (2..=MOST_TOGETHER).contains(&found.len())
+        && found.iter().any(|(id, _)| *id == mesh)
+        && triangles.fold(0, usize::saturating_add) < most_triangles;
+    is_group.then_some(found)
 }
 
 /// The number of triangles of a mesh; the largest possible number if its data cannot be read.

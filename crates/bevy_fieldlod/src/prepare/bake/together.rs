@@ -14,11 +14,8 @@ use fieldlod_hierarchy::Hierarchy;
 use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::api::events::LodError;
 use crate::prepare::lookup::NotYet;
-use crate::prepare::source_arrays::{SourceArrays, primitives_beside, triangle_count};
+use crate::prepare::source_arrays::{SourceArrays, primitives_together, triangle_count};
 use crate::prepare::threads::BakeThreads;
-
-/// Largest number of primitives in a group. Each of them searches for the others.
-const MOST_TOGETHER: usize = 64;
 
 /// A group: all primitives of a glTF mesh that bakes accept, and their common bake.
 pub(in crate::prepare) struct Together {
@@ -103,7 +100,9 @@ impl AllTogether {
         let at = match self.expected.iter().position(is_expected) {
             Some(at) => at,
             None => {
-                let Some(found) = candidates.beside(mesh, config.together_below_triangles) else {
+                let most_triangles = config.together_below_triangles;
+                let Candidates { meshes, assets, .. } = candidates;
+                let Some(found) = primitives_together(mesh, most_triangles, meshes, assets) else {
                     return Ok(None);
                 };
                 let ids: Vec<AssetId<Mesh>> = found.iter().map(|(id, _)| *id).collect();
@@ -155,22 +154,6 @@ pub(in crate::prepare) struct Candidates<'a> {
 }
 
 impl Candidates<'_> {
-    /// The primitives of the same glTF mesh. `None` if there is only one, if there are too many, or if they have too many
-    /// triangles: a group is in memory as a whole, and baked again if one of its meshes changes.
-    fn beside(
-        &self,
-        mesh: AssetId<Mesh>,
-        most_triangles: usize,
-    ) -> Option<Vec<(AssetId<Mesh>, &Mesh)>> {
-        let beside = primitives_beside(mesh, self.meshes, self.assets);
-        let found: Vec<(AssetId<Mesh>, &Mesh)> = beside.take(MOST_TOGETHER + 1).collect();
-        let triangles = found.iter().map(|(_, mesh)| triangle_count(mesh));
-        let is_group = (2..=MOST_TOGETHER).contains(&found.len())
-            && found.iter().any(|(id, _)| *id == mesh)
-            && triangles.fold(0, usize::saturating_add) < most_triangles;
-        is_group.then_some(found)
-    }
-
     /// A primitive below the smallest size changes levels with the others.
     fn kind_of(&self, mesh: &Mesh) -> LodKind {
         match self.lods.kind_for(self.kind, triangle_count(mesh)) {

@@ -63,7 +63,7 @@ pub fn shared_cache() -> PathBuf {
     let folder = program.with_extension("bakes");
     let changed = |path: &Path| path.metadata().and_then(|data| data.modified()).ok();
     if changed(&folder) < changed(&program) {
-        // It fails if there is no folder.
+        // Fails if there is no folder.
         let _ = fs::remove_dir_all(&folder);
     }
     folder
@@ -83,7 +83,7 @@ pub fn run_until_ready(app: &mut App, ready: u32) {
     let deadline = Instant::now() + Duration::from_secs(120);
     let progress = |app: &App| *app.world().resource::<FieldLodProgress>();
     while progress(app).ready + progress(app).plain < ready {
-        assert!(Instant::now() < deadline, "never ready");
+        assert!(Instant::now() < deadline, "entities are not ready");
         app.update();
     }
     (0..5).for_each(|_| app.update());

@@ -13,7 +13,7 @@ pub struct FrameTimes {
     pub main: Duration,
     /// The extraction, for which both worlds wait.
     pub extract: Duration,
-    /// The render world, up to the device.
+    /// The render world, including the submission to the GPU.
     pub render: Duration,
 }
 

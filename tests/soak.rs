@@ -8,6 +8,7 @@ use bevy::camera::visibility::VisibleEntities;
 use bevy::prelude::*;
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
+use fieldlod_hierarchy::Random;
 
 use crate::apps::{bevy_mesh, rendererless_app, run_until_ready, shared_cache};
 use crate::rock;
@@ -38,7 +39,7 @@ pub struct Soak {
     /// Whether each camera has pixels to draw.
     has_pixels: [bool; 2],
     surfaces: ClosedSurfaces,
-    random: u64,
+    random: Random,
     /// Units that cameras drew, over all frames.
     pub units_drawn: u64,
 }
@@ -67,7 +68,7 @@ impl Soak {
             cameras,
             has_pixels: [true; 2],
             surfaces: ClosedSurfaces::default(),
-            random: seed,
+            random: Random::new(seed),
             units_drawn: 0,
         };
         soak.app.update();
@@ -85,24 +86,20 @@ impl Soak {
 
     /// A number below `end`.
     fn below(&mut self, end: usize) -> usize {
-        // Marsaglia's xorshift.
-        self.random ^= self.random << 13;
-        self.random ^= self.random >> 7;
-        self.random ^= self.random << 17;
-        (self.random % end as u64) as usize
+        (self.random.next_u64() % end as u64) as usize
     }
 
     /// Makes one change, draws a frame and checks what it drew.
     ///
     /// # Panics
-    /// If the frame drew other objects than the model.
+    /// If the frame drew other objects than the model expects.
     pub fn step(&mut self) {
         self.change_something();
         self.app.update();
         self.check();
     }
 
-    /// Adds small meshes, props and large meshes, with their levels of detail.
+    /// Adds small meshes, props and large meshes, and prepares their levels of detail. No object remains.
     pub fn fill(&mut self) {
         let world = self.app.world_mut();
         for (subdivisions, seed) in [(2, 1), (3, 2), (4, 3), (5, 4)] {
@@ -294,7 +291,8 @@ impl ClosedSurfaces {
     }
 }
 
-/// The number of edges of the surface of `drawn` that do not have one triangle on each side. It is 0 for a closed surface.
+/// The number of edges of the surface of `drawn` with more triangles on one side than on the other. It is 0 for a
+/// closed surface.
 ///
 /// # Panics
 /// If an entity has no mesh in main memory, or the mesh has no positions and indices.

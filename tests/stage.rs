@@ -31,7 +31,7 @@ pub struct Eye {
     target: Handle<Image>,
 }
 
-/// An app with the plugin and a graphics adapter.
+/// An app that draws with a graphics adapter.
 #[derive(Debug)]
 pub struct Stage {
     /// The app.
@@ -197,7 +197,7 @@ impl Stage {
         }
     }
 
-    /// The states of all entities.
+    /// The number of entities in each state.
     pub fn progress(&self) -> FieldLodProgress {
         *self.app.world().resource()
     }
@@ -265,7 +265,7 @@ impl Pending {
     }
 }
 
-/// Notes that a test is skipped. With the environment variable `FIELDLOD_REQUIRE_ADAPTER`, it fails instead.
+/// Prints that a test is skipped. With the environment variable `FIELDLOD_REQUIRE_ADAPTER`, the test fails instead.
 pub fn skip_without_adapter() {
     assert!(
         std::env::var_os("FIELDLOD_REQUIRE_ADAPTER").is_none(),
@@ -278,8 +278,8 @@ pub fn skip_without_adapter() {
 
 fn has_adapter() -> bool {
     use bevy::render::settings::{Backends, WgpuSettings};
-    /// It lives as long as the process. If the last instance goes, the Vulkan loader is unloaded. NVIDIA's driver keeps
-    /// addresses of it, and the next instance crashes.
+    /// Never dropped: when the last instance is dropped, the Vulkan loader is unloaded. NVIDIA's driver keeps addresses
+    /// of the loader, and the next instance crashes.
     static INSTANCE: LazyLock<(wgpu::Instance, Backends)> = LazyLock::new(|| {
         let backends = WgpuSettings::default().backends.unwrap_or(Backends::VULKAN);
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {

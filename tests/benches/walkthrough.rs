@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// The summary of a run with these options, drawn into a folder that is removed.
+/// Runs the walkthrough with these options, and returns its summary. Pictures go to a temporary folder.
 pub(crate) fn summary_of(options: &[&str]) -> Result<Value, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let output = Command::new(env!("CARGO"))

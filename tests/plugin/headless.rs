@@ -28,7 +28,7 @@ pub(crate) fn app() -> App {
     app
 }
 
-/// An app with the plugin that bakes each mesh.
+/// An app with the plugin and without a cache of bakes.
 pub(crate) fn app_without_cache() -> App {
     app_in(Path::new("."))
 }
@@ -129,7 +129,7 @@ pub(crate) fn failures(app: &App) -> &[LodError] {
     &app.world().resource::<Failures>().0
 }
 
-/// The sources of levels of detail, in order.
+/// The origins of levels of detail, in the order of their events.
 pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
     let events = app.world().resource::<Events>().0.iter();
     events
@@ -146,12 +146,12 @@ pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App
     while !done(app) {
         assert!(Instant::now() < deadline, "timed out: {what}");
         app.update();
-        // Bakes run meanwhile.
+        // Leaves CPU time for bakes.
         std::thread::sleep(Duration::from_millis(4));
     }
 }
 
-/// The states of all entities.
+/// The number of entities in each state.
 pub(crate) fn progress(app: &App) -> FieldLodProgress {
     *app.world().resource::<FieldLodProgress>()
 }
@@ -167,7 +167,7 @@ pub(crate) fn stats(app: &App, camera: Entity) -> FieldLodViewStats {
     *app.world().get::<FieldLodViewStats>(camera).unwrap()
 }
 
-/// The level of a prop that is drawn; `None` if `camera` does not draw it.
+/// The level at which `camera` draws a prop; `None` if it does not draw the prop.
 pub(crate) fn level(app: &mut App, prop: Entity, camera: Entity) -> Option<u32> {
     apps::drawn_level(app.world_mut(), prop, camera)
 }

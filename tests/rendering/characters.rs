@@ -197,7 +197,7 @@ fn coarse_character_casts_posed_shadow() {
     let world = show.stage.app.world_mut();
     let mut lights = world.query::<&mut DirectionalLight>();
     lights.single_mut(world).unwrap().shadow_maps_enabled = true;
-    // The tube stays above the image.
+    // The tube is right of the image. Only its shadow is visible.
     let pose =
         Transform::from_xyz(-8.0, 14.0, 0.0).looking_at(Vec3::new(-8.0, -1.0, -6.0), Vec3::Y);
     show.stage.insert(show.eye.entity, pose);

@@ -143,7 +143,7 @@ impl Show {
             9 => {
                 let components = (MeshTag(3), NotShadowCaster);
                 self.stage.insert(self.entities[0], components);
-                // An entity that changes in its last frame.
+                // An entity gets another mesh in the frame in which it is despawned.
                 self.draw_with(6, 1);
                 self.stage.app.world_mut().despawn(self.entities[6]);
                 self.entities.truncate(6);
@@ -247,7 +247,7 @@ fn substituted_mesh_looks_like_swapped_mesh() {
         let differences: Vec<usize> = pairs.map(|(a, b)| count_beyond(a, b, 2)).collect();
         assert_eq!(differences, [0; 32]);
     }
-    // At least eight of the pairs of frames differ.
+    // At least eight pictures differ from the previous picture of the same camera.
     let frames = swapped.windows(3);
     let changes = frames.filter(|frames| count_beyond(&frames[0], &frames[2], 2) > 125);
     assert!(changes.count() >= 8);

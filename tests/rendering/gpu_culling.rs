@@ -15,7 +15,7 @@ use image::RgbaImage;
 
 use crate::picture::{count, difference};
 
-/// A scene with all changes that affect what a view draws.
+/// The scene that [`STEPS`] change.
 struct Story {
     stage: Stage,
     boulder: Entity,

@@ -138,7 +138,7 @@ fn shared_source_stays_on_gpu() {
         show.stage.app.update();
         assert!(show.is_on_gpu(), "{index}");
         show.wait();
-        // Objects with units come and go.
+        // A copy with units is spawned and despawned.
         let mut rock = show.stage.app.world_mut().entity_mut(show.rock);
         let copy = rock.clone_and_spawn();
         show.wait();

@@ -47,7 +47,7 @@ impl MaterialExtension for Plain {}
 type Extended = ExtendedMaterial<StandardMaterial, Plain>;
 
 /// A stage with a row of props and a row of large rocks. Each column has another material. `third` is the method of the
-/// fourth material: Bevy panics if a camera has a prepass without deferred rendering and a material is deferred.
+/// material of column 3: Bevy panics if a camera has a prepass without deferred rendering and a material is deferred.
 fn stage_with_rows(third: OpaqueRendererMethod) -> Option<Stage> {
     let mut stage = Stage::unfinished()?;
     stage.app.add_plugins((
@@ -124,7 +124,7 @@ fn covered(picture: &RgbaImage) -> usize {
         .count()
 }
 
-/// At 0.65 px, shades differ a little. A missing or unlit rock is a tenth of the picture.
+/// At 0.65 px, shades differ a little. A missing or unlit rock is about a twelfth of the covered pixels.
 fn assert_alike(full: &RgbaImage, levels: &RgbaImage) {
     let differ = count_beyond(full, levels, 64);
     assert!(
@@ -227,8 +227,8 @@ fn occlusion_culling_with_visible_flux_is_invisible() {
 /// Frames of a flight.
 const FRAMES: u8 = 24;
 
-/// The last picture, with temporal anti-aliasing, of rocks that move sideways and nearer, and the number of their level
-/// changes.
+/// The last picture, with temporal anti-aliasing, of rocks that move sideways and nearer, and the number of times that
+/// the triangle count changed, plus one.
 fn after_a_flight(stage: &mut Stage, eye: &Eye, full_detail: bool) -> (RgbaImage, usize) {
     set_full_detail(stage, eye, full_detail);
     let move_rocks = |stage: &mut Stage, frames: f32| {

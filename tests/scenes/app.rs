@@ -44,7 +44,7 @@ pub enum Method {
     AutoLod {
         /// The kind of levels.
         kind: LodKind,
-        /// The setting of the camera.
+        /// The error threshold of the camera, in pixels.
         error_px: f32,
     },
 }
@@ -82,16 +82,16 @@ struct Drives {
 }
 
 impl SceneApp {
-    /// The scene in an unfinished app of Bevy's plugins. With the plugin, the camera draws nothing until
-    /// [`Self::wait_for_levels`]. Bevy 0.19.1 never draws entities with [`NoCpuCulling`] by a camera that becomes
-    /// active after they were spawned.
+    /// Adds the scene to `stage`, which must be unfinished. With the plugin, the camera is inactive until
+    /// [`Self::wait_for_levels`]. Otherwise it is active at once: Bevy 0.19.1 never draws entities with
+    /// [`NoCpuCulling`] by a camera that becomes active after they were spawned.
     #[must_use]
     pub fn new(
         mut stage: Stage,
         scene: &Scene,
         method: Method,
         size_px: UVec2,
-        has_sun: bool,
+        has_shadows: bool,
     ) -> Self {
         let mut settings = FieldLodCamera::default();
         if let Method::AutoLod { error_px, .. } = method {
@@ -112,7 +112,7 @@ impl SceneApp {
         let world = stage.app.world_mut();
         world.resource_mut::<Time<Virtual>>().pause();
         Spawner::new(world, scene, method).spawn(scene);
-        spawn_sun(world, has_sun);
+        spawn_sun(world, has_shadows);
         let pose = (scene.path)(0.0);
         let eye = stage.add_eye_of_size(size_px, pose, css::SKY_BLUE.into(), settings);
         let path = scene.path;
@@ -211,7 +211,7 @@ impl SceneApp {
         (start.elapsed(), parts)
     }
 
-    /// A picture after each of these metres.
+    /// A picture at each of these distances along the path, in metres. Cars stand at their starts.
     pub fn pictures(&mut self, metres: &[f32]) -> Vec<RgbaImage> {
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
         let pictures = metres.iter().map(|&metres| self.picture(metres)).collect();
@@ -271,7 +271,7 @@ impl SceneApp {
         .sum()
     }
 
-    /// The number of entities of the scene.
+    /// The number of entities of the scene, with the units of the plugin.
     #[must_use]
     pub fn entities(&self) -> usize {
         let entities = self.stage.app.world().iter_entities();
@@ -312,7 +312,7 @@ fn spawn_sun(world: &mut World, has_shadows: bool) {
     ));
 }
 
-/// The time that all cars have been driving. Cars stand in pictures, so that pictures can be compared.
+/// Frames since the cars started. In pictures they stand at their starts, so that pictures can be compared.
 #[derive(Resource, Default)]
 struct Traffic {
     frame: u32,

@@ -7,7 +7,7 @@ use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh};
 
 use super::Prop;
 
-/// Largest share of the triangles of the second and of the third level.
+/// Largest share of the source triangles that the second and the third level have.
 const KEPT: [f32; 2] = [0.15, 0.02];
 /// Distances from which these levels are drawn, in radii of the prop.
 const FROM_RADII: [f32; 2] = [20.0, 80.0];

@@ -34,8 +34,8 @@ pub struct Scene {
     ends_in_box: bool,
     /// The camera after a number of metres.
     path: fn(f32) -> Transform,
-    /// Multiplies the distances of hand-made levels, so that their image error equals that of the plugin at 1 px. It is
-    /// measured by the bench `whole_frame`.
+    /// Multiplies the distances of hand-made levels. In the town, their image error is then about that of the plugin at
+    /// 1 px, measured by the bench `whole_frame`. Other scenes have 1.
     pub range_scale: f32,
     levels: OnceLock<Vec<PropLevels>>,
     /// Keeps bakes for all apps of the process.

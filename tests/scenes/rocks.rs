@@ -22,7 +22,7 @@ pub fn rocks(count: u32, subdivisions: u32) -> Scene {
         Place::new(0, Transform::from_xyz(at.x, 0.0, at.y).with_rotation(turn))
     });
     let rock = Prop::new(crate::rock(subdivisions, 1), 0, 1.0);
-    field("rocks", vec![rock], places.collect(), on_a_circle, 1.0)
+    field("rocks", vec![rock], places.collect(), on_a_circle)
 }
 
 /// Rocks of 81,920 triangles, the first of them near the camera.
@@ -35,7 +35,7 @@ pub(super) fn boulders(count: u32) -> Scene {
         Place::new((index % SHAPES) as usize, at)
     });
     let rocks = (0..SHAPES).map(|seed| Prop::new(crate::rock(6, seed), 0, 1.0));
-    field("boulders", rocks.collect(), places.collect(), ahead, 1.0)
+    field("boulders", rocks.collect(), places.collect(), ahead)
 }
 
 fn field(
@@ -43,7 +43,6 @@ fn field(
     props: Vec<Prop>,
     places: Vec<Place>,
     path: fn(f32) -> Transform,
-    range_scale: f32,
 ) -> Scene {
     let at = Vec3::ZERO;
     Scene {
@@ -54,7 +53,7 @@ fn field(
         is_flat: true,
         ends_in_box: false,
         path,
-        range_scale,
+        range_scale: 1.0,
         levels: OnceLock::new(),
         cache: OnceLock::new(),
     }

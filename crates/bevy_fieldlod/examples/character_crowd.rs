@@ -51,7 +51,7 @@ fn start_dance(
     }
 }
 
-/// Animates characters at level 0 in each frame, those at level 1 in every second frame, and so on.
+/// Animates characters at level 0 in each frame, at level 1 in every second, at level 2 in every fourth, and so on.
 fn animate_distant_less_often(
     levels: LodLevels,
     camera: Single<Entity, With<Camera3d>>,

@@ -30,7 +30,7 @@
 //! 3. Look: `FieldLodDebugPlugin` (feature `debug`) paints the levels. [`guide::settings`] explains the settings.
 //! 4. Stop baking at run time: set [`FieldLodAppConfig::cache_folder`] while you work. Ship the assets that
 //!    `FieldLodProcessorPlugin` processes, or the files of the command `fieldlod bake statue.glb` of the crate
-//!    `fieldlod_cli`; the plugin finds `statue.fieldlod` beside the asset. [`LodMesh3d`] draws a file without its glTF file.
+//!    `fieldlod_cli`; the plugin finds `statue.fieldlod` beside the asset. [`LodMesh3d`] needs no glTF file.
 //!
 //! Coming from hand-made levels: [`guide::migration`]. Limits: [`guide::compatibility`].
 //!
@@ -39,7 +39,7 @@
 //! - Small meshes have no levels.
 //! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
 //!   [`Mesh3d`]. The component does not change, and Bevy still batches instances of a level. All views draw the finest
-//!   level that a view needs.
+//!   level that any view needs.
 //! - For large meshes, each view draws its own *cut*. Each piece of the surface has the coarsest level with an error
 //!   below the camera's threshold. The pieces (*units*, [`LodUnit`]) are child entities, spawned when a view first
 //!   draws them. The lists of visible entities of each camera and of its shadow maps contain only its cut. If the GPU
@@ -62,12 +62,15 @@
 //! Names with `FieldLod` belong to a camera or the whole app: plugins, resources, messages, and the components of
 //! cameras. Components of mesh entities have short names: [`AutoLod`], [`NoLod`], [`LodUnit`].
 //!
-//! # Limits Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. If the
-//! GPU culls ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all entities with levels except
+//! # Limits
+//! Skinned and morphed meshes have levels if they are from a glTF file, not if a program makes them. If the GPU culls
+//! ([`AdvancedAppConfig::gpu_culling`]), the plugin inserts `NoCpuCulling` on all entities with levels except
 //! characters, and `VisibleEntities` of cameras and lights do not contain them.
 //!
-//! # Features - `bake` (default): bakes in background tasks. Without it, only baked files and processed assets are
-//! used, and no C++ is linked. - `debug`: `FieldLodDebugPlugin`.
+//! # Features
+//! - `bake` (default): bakes in background tasks. Without it, only baked files and processed assets are used, and no
+//!   C++ is linked.
+//! - `debug`: `FieldLodDebugPlugin`.
 
 mod api;
 mod assets;

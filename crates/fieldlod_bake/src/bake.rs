@@ -20,7 +20,8 @@ use crate::report::BakeReport;
 /// A mesh with a dozen triangles or fewer becomes a single terminal group: valid, but without coarser levels.
 ///
 /// # Errors
-/// A [`MeshError`] if [`SourceMesh::validate`] rejects the mesh or the configuration is out of range.
+/// A [`MeshError`] if the configuration is out of range, or if [`SourceMesh::validate`] rejects the mesh. Positions of
+/// unused vertices are not checked.
 pub fn bake_mesh(mesh: &SourceMesh, config: &BakeConfig) -> Result<Hierarchy, MeshError> {
     Ok(bake_mesh_with_report(mesh, config)?.0)
 }

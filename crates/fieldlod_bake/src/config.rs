@@ -22,19 +22,20 @@ pub struct BakeConfig {
     /// next level. At most 1.
     pub stuck_ratio: f32,
     /// Keeps the vertices of open borders at all levels. Separately baked meshes with equal border vertices, such as
-    /// terrain tiles or parts of a kit, then have no cracks between any levels. Most
-    /// primitives of one glTF mesh, and meshes that a [file](crate::bake_file) places by the same transform, keep their
-    /// shared vertices without it.
+    /// terrain tiles or parts of a kit, then have no cracks between any levels. Most primitives of one glTF mesh, and
+    /// meshes that a [file](crate::bake_file) places by the same transform, keep their shared vertices without it.
     pub lock_borders: bool,
     /// Measures the deviation of each group from the source. Without it, settings that guarantee an error draw full
     /// detail.
     pub measure_deviation: bool,
     /// Measures on pictures at which distance levels of plants, other aggregates and torn textures look right. Without
-    /// it, the error of an aggregate is that of its worst element, and that of a torn texture its longest edge.
+    /// it, the error of an aggregate is estimated from the sizes of its elements. The error of a torn texture is then
+    /// at least its longest edge.
     pub measure_appearance: bool,
     /// Triangle limit for primitives of one glTF mesh that change levels [together](crate::bake_together): plants such
-    /// as a tree of bark and leaves, and primitives that meet. 0 disables it. [`bake_adjacent`](crate::bake_adjacent)
-    /// and [files](crate::bake_file) with a primitive of 20,000 triangles or more use it only to avoid cracks.
+    /// as a tree of bark and leaves, and primitives that meet. 0 disables it. [`bake_adjacent`](crate::bake_adjacent),
+    /// and glTF meshes of [files](crate::bake_file) with a primitive of 20,000 triangles or more, use it only to avoid
+    /// cracks.
     pub together_below_triangles: usize,
 }
 

@@ -18,10 +18,10 @@ use crate::plants::together::{bake_together_with_progress, config_for_adjacent};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 
-/// Primitives with at least this many triangles are drawn in units by default, and are baked separately. At 20,480
-/// triangles, units draw 5 % fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`,
-/// "frame, kinds"). Smaller primitives of one mesh are drawn as wholes, and change their levels together. Primitives
-/// that share too many border vertices also change their levels together: otherwise they would have cracks.
+/// Primitives with at least this many triangles are drawn in units by default. At 20,480 triangles, units draw 5 %
+/// fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`, "frame, kinds"). If one
+/// primitive of a glTF mesh is this large, all are baked separately. Primitives that share too many border vertices are
+/// baked together even then: otherwise they would have cracks.
 const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
@@ -39,12 +39,11 @@ pub struct BakeOutcome {
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, in parallel.
 ///
-/// `progress` is called from several threads, after each level of each primitive, and once for a rigged primitive.
-/// Primitives that are baked as one count as the first of them.
+/// `progress` is called from several threads: after each level and at the end of a primitive. Rigged primitives report
+/// only their end.
 ///
 /// # Errors
-/// The errors of [`import_gltf`], and an error for a file without triangles. One faulty primitive among others is
-/// skipped.
+/// The errors of [`import_gltf`] and [`bake_import`]. The import skips a faulty primitive among others.
 pub fn bake_file(
     path: &Path,
     config: &BakeConfig,
@@ -69,7 +68,7 @@ pub fn bake_file_bytes(
 /// [`bake_file`] for an imported file.
 ///
 /// # Errors
-/// The errors of [`bake_mesh`](crate::bake_mesh), and an error for a file without triangles.
+/// The errors of [`bake_mesh`](crate::bake_mesh) and [`bake_rigged`], and an error for a file without triangles.
 pub fn bake_import(
     mut import: Import,
     config: &BakeConfig,

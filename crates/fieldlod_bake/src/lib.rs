@@ -36,11 +36,11 @@
 //! is closed.
 //!
 //! # Simplifications
-//! - The error of a group is the one that meshoptimizer reports: a weighted mean of squared distances and attribute
-//!   differences. It is neither a bound nor tight.
+//! - The error of a group is the one that meshoptimizer reports: the root of a weighted mean of squared distances and
+//!   attribute differences. It is an estimate, not a bound.
 //! - The deviation of a group is the two-sided Hausdorff distance between simplified surface and source, measured at
 //!   samples. Ten times as many samples usually find at most 5 % more.
-//! - Texture seams and borders keep the positions of the source; only their attributes are interpolated.
+//! - Texture seams and borders keep the positions of the source, except in small loose elements and torn textures.
 //! - Positions and attributes that differ only by rounding are welded, see `mesh/topology`.
 //! - Tangents do not affect the error. Tangents of the source are projected onto the simplified surface.
 //!

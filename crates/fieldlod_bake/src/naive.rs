@@ -17,7 +17,7 @@ struct Piece {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Deviations {
     /// From the source to the simplified surface. Each sample belongs to the group whose triangle is nearest, in the
-    /// cut with all groups up to that level simplified.
+    /// cut with all groups up to the level of this group simplified.
     ///
     /// At a border between two groups, a sample may be assigned to the wrong group. Only the largest value of a level,
     /// or of its only group, is a lower bound for the stated deviations.
@@ -50,8 +50,8 @@ impl Deviations {
 
 /// Measures every group of `hierarchy`.
 ///
-/// Each triangle of either surface has samples at its corners and on `rows` rows in between. Results never exceed the
-/// true deviations, and approach them with more rows.
+/// Samples form a regular grid on each triangle of either surface, with `rows` steps along each edge. Results never
+/// exceed the true deviations, and approach them with more rows.
 #[must_use]
 pub fn deviations(hierarchy: &Hierarchy, rows: u32) -> Deviations {
     let source = cut_below(hierarchy, 0);
@@ -99,7 +99,7 @@ fn cut_below(hierarchy: &Hierarchy, level: u32) -> Vec<Piece> {
     pieces.collect()
 }
 
-/// Samples at the corners of each triangle and on `rows` rows in between.
+/// Samples on a regular grid of each triangle, with `rows` steps along each edge.
 fn samples_on(pieces: &[Piece], rows: u32) -> impl Iterator<Item = DVec3> + '_ {
     let shares = (0..=rows).flat_map(move |row| {
         (0..=rows - row).map(move |column| {

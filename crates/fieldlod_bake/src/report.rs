@@ -5,7 +5,7 @@ use std::fmt;
 /// Result of a bake: stuck groups and fallbacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BakeReport {
-    /// Groups that could not be simplified and were retried with other neighbours.
+    /// Failed simplifications of groups, on all levels. Stuck groups are retried with other neighbours, if any.
     pub stuck_groups: usize,
     /// Levels with a single group.
     pub whole_mesh_levels: usize,
@@ -15,16 +15,15 @@ pub struct BakeReport {
     pub rounded_vertices: usize,
     /// Triangles of two-sided sheets, both sides counted. Only one side is simplified.
     pub two_sided_triangles: usize,
-    /// Triangles of the coarsest level.
+    /// Triangles of the coarsest level, without backs of two-sided sheets.
     pub coarsest_triangles: usize,
     /// Fallbacks for groups that no regular simplification could reduce. If `coarsest_triangles` is above
-    /// [`MOST_COARSEST`](Self::MOST_COARSEST), they did not help.
+    /// [`MOST_COARSEST`](Self::MOST_COARSEST), the fallbacks were not enough.
     pub fallbacks: Vec<Fallback>,
 }
 
 impl BakeReport {
-    /// A coarsest level with more triangles than this counts as stuck. It is the size
-    /// of two default clusters.
+    /// A coarsest level with more triangles than this counts as stuck: the size of two default clusters.
     pub const MOST_COARSEST: usize = 512;
 
     /// Whether the coarsest level has too many triangles in spite of all fallbacks.
@@ -33,7 +32,7 @@ impl BakeReport {
         self.coarsest_triangles > Self::MOST_COARSEST
     }
 
-    /// Whether the result depends on the surfaces of the mesh: of leaves, and of torn textures.
+    /// Whether the result depends on the surfaces of the mesh, which affect leaves and torn textures.
     #[must_use]
     pub fn depends_on_surfaces(&self) -> bool {
         self.has_aggregates || self.first_torn_group().is_some()
@@ -60,14 +59,14 @@ pub struct Fallback {
     pub to: usize,
 }
 
-/// Fallbacks. Fallbacks with the least visible loss come first.
+/// Kinds of fallbacks, the least visible first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FallbackKind {
     /// Small components were removed.
     Pruned,
     /// Textures may be torn at seams.
     TexturesTorn,
-    /// Vertices were merged on a grid, which opens closed surfaces.
+    /// Vertices were merged on a grid.
     Sloppy,
 }
 

@@ -355,7 +355,7 @@ fn components(triangles: &[[u32; 3]], vertex_count: usize) -> Vec<Vec<u32>> {
     found.into_values().collect()
 }
 
-/// Parts of a machine are simplified as surfaces. Their error is not that of flattened leaves, which is 0.3 of the radius.
+/// Separate balls are simplified as surfaces. As flattened leaves, they would have an error of 0.3 of the radius.
 #[test]
 fn error_of_round_parts_is_small() {
     let parts = (0..40u32).map(|part| {

@@ -88,7 +88,7 @@ fn parts_of_a_character_have_equal_levels() {
         let source = hierarchy.source_vertex_count as usize;
         assert_eq!(hierarchy.vertices.positions.len(), source);
         assert_eq!(hierarchy.whole_mesh_levels().as_ref(), Some(hierarchy));
-        // A triangle with corners of two parts would be drawn by neither.
+        // Levels never get finer, and the coarsest has few triangles.
         let counts: Vec<u32> = hierarchy.units.iter().map(|u| u.triangle_count).collect();
         assert!(counts.is_sorted_by(|a, b| a >= b), "{counts:?}");
         assert!(counts.last() < Some(&40), "{counts:?}");
@@ -151,7 +151,7 @@ fn files_hold_characters_beside_static_meshes() {
     assert_eq!(BakedFile::from_bytes(&bytes).unwrap(), outcome.file);
 }
 
-/// Baked from bent joints, measured in clips.
+/// The bake uses bent joints instead of clips. Deviations are measured in clips.
 #[test]
 fn stated_deviation_holds_in_held_out_clips() {
     let mut import = import(&mut character(1.0));
@@ -275,7 +275,7 @@ fn verify_finds_changed_levels() {
 
 /// The scale of inverse bind matrices does not scale the mesh.
 #[test]
-fn scaled_inverse_binds_change_nothing() {
+fn scaled_inverse_binds_do_not_scale_levels() {
     let plain = &bake(&import(&mut character(1.0)))[0];
     for scale in [0.01, 100.0] {
         let scaled = &bake(&import(&mut character(scale)))[0];
@@ -355,7 +355,7 @@ fn faulty_rigs_are_skipped() {
     assert_eq!(found[0], RigFault::SeveralSkins.into());
 }
 
-/// Without inverse bind matrices or clips, with one joint, and with nodes that are their own ancestors.
+/// Rigs without inverse bind matrices, without clips, with one joint, and with a cycle of nodes.
 #[test]
 fn odd_rigs_are_baked() {
     let changes: [fn(&mut GltfFile); 4] = [

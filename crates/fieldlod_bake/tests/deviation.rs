@@ -1,4 +1,4 @@
-//! Compares stated deviations with independent samples that are ten times as dense.
+//! Compares stated deviations with independent, denser samples.
 
 use std::f32::consts::{PI, TAU};
 
@@ -16,7 +16,7 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
         ("torus knot", fixtures::torus_knot(150, 24)),
         ("plane", fixtures::plane(32)),
         ("height field", fixtures::height_field(100)),
-        // Deviations of more than 32,768 triangles are sampled alike.
+        // The bake samples meshes of more than 32,768 triangles less densely.
         ("large height field", fixtures::height_field(140)),
         ("islands", fixtures::islands(1_000)),
         (
@@ -65,7 +65,7 @@ fn dimpled_ball(cells: u32) -> SourceMesh {
 }
 
 #[test]
-fn deviations_of_a_dimpled_ball_hold_at_five_times_the_samples() {
+fn dimpled_ball_deviations_hold_at_denser_samples() {
     let settings = VerifySettings {
         samples_per_triangle: 50,
         most_samples: 20_000_000,
@@ -214,7 +214,7 @@ fn verify_rejects_finest_cuts_that_differ_from_source() {
     let first = hierarchy.units[source.unwrap()].first_triangle as usize * 3;
     hierarchy.indices.swap(first, first + 1);
     let fault = verify(&mesh, &hierarchy, &VerifySettings::default());
-    // The inverted triangle, instead of the right one.
+    // One triangle is inverted, so one is missing and one is new.
     assert_eq!(fault, Err(VerifyError::FinestCut { found: 2 }));
 }
 
@@ -282,7 +282,7 @@ fn deviation_includes_overhang_of_planar_borders() {
     }
 }
 
-/// Metres in the coordinates of a map, which are multiples of half a metre.
+/// Map coordinates in metres. At 4,500,000, an `f32` has steps of half a metre.
 #[test]
 fn deviations_have_no_floor_far_from_origin() {
     let corner = Vec3::new(500_000.0, 100.0, 4_500_000.0);

@@ -7,7 +7,7 @@ use proptest::test_runner::RngSeed;
 
 /// Rows of samples on each triangle of both surfaces.
 const ROWS: u32 = 5;
-/// Margin of the bake for points between its samples.
+/// Allowance of the limits below for the margin that the bake adds.
 const MARGIN: f64 = 1.03;
 /// Limit for measured / stated deviations, as in `verify`.
 const BEYOND: f64 = 1.05;

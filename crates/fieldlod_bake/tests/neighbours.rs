@@ -52,7 +52,7 @@ fn border(positions: &[Vec3], triangles: &[[u32; 3]]) -> BTreeSet<Edge> {
         .collect()
 }
 
-/// Whether all levels have the open edges of the source.
+/// Returns `true` if all levels have the open edges of the source.
 fn keeps_border(mesh: &SourceMesh, baked: &Hierarchy) -> bool {
     let source = border(&mesh.positions, mesh.indices.as_chunks::<3>().0);
     assert!(baked.level_count() > 2 && !source.is_empty());
@@ -82,14 +82,14 @@ fn tiles() -> Vec<SourceMesh> {
     })
 }
 
-/// A large part, and small parts that share more border vertices than it can keep at all levels.
+/// A large part, and a part of many small spots in it. They share more border vertices than the large part can keep.
 fn spots() -> Vec<SourceMesh> {
     split(&fixtures::height_field(128), |p| {
         i32::from((p.x * 30.0).sin() * (p.z * 30.0).sin() > 0.3)
     })
 }
 
-/// Open edges of all parts together, each at its coarsest level within this error.
+/// Open edges of all parts together, with each part at its coarsest level within this error.
 fn border_at(error: f32, parts: &[Hierarchy]) -> BTreeSet<Edge> {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for part in parts {
@@ -137,7 +137,7 @@ fn joined_primitives_have_no_cracks_at_any_error() {
 }
 
 #[test]
-fn adjacent_meshes_are_baked_as_large_primitives_of_a_file() {
+fn adjacent_meshes_bake_like_large_primitives() {
     let field = fixtures::height_field(144);
     let halves = split(&field, |p| i32::from(p.x > 0.5));
     for parts in [halves.clone(), spots()] {
@@ -158,7 +158,7 @@ fn adjacent_meshes_are_baked_as_large_primitives_of_a_file() {
     }
 }
 
-/// Whether all levels keep the open edges that the source shares with other meshes.
+/// Returns `true` if all levels keep the open edges that the source shares with other meshes.
 fn keeps_shared_edges(mesh: &SourceMesh, all: &[SourceMesh], baked: &Hierarchy) -> bool {
     let border_of = |mesh: &SourceMesh| border(&mesh.positions, mesh.indices.as_chunks::<3>().0);
     let others = all.iter().filter(|other| *other != mesh).map(border_of);

@@ -109,7 +109,7 @@ fn unreadable_files_are_rejected() {
     assert_rejects(
         "no binary chunk",
         &path,
-        "buffer 0: the GLB has no binary chunk",
+        "buffer 0: it has no URI, and the file has no binary chunk",
     );
 }
 

@@ -1,4 +1,4 @@
-//! One test for each fault of a mesh or a setting.
+//! Faults of meshes and settings.
 
 use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh, fixtures};
 use glam::{Vec2, Vec3};

@@ -43,7 +43,7 @@ fn hair() -> SourceMesh {
     }
 }
 
-/// Atlas cell of the machine and of the hair.
+/// Atlas cell at texture coordinates of the machine or the hair.
 fn cell(uv: Vec2) -> UVec2 {
     (uv * 8.0).as_uvec2()
 }

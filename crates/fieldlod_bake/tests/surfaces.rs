@@ -99,7 +99,7 @@ fn surface_of(file: &mut GltfFile) -> Option<Arc<Surface>> {
     import.primitives[0].mesh.surface.clone()
 }
 
-/// Returns the only unread image. The bake is the same as with an unknown surface.
+/// Returns the only unread image. Asserts that the bake equals a bake with an unknown surface.
 fn unread(mut file: GltfFile) -> UnreadImage {
     let outcome = bake_file(&file.glb(), &BakeConfig::default(), &|_| ()).unwrap();
     let cards = fixtures::cards(300, 3);

@@ -50,8 +50,9 @@ fn meshes_of_a_tree_share_their_levels() {
     let [bark, leaves] = [&both[0], &both[1]].map(errors_and_deviations);
     let same = bark.iter().filter(|step| leaves.contains(step)).count();
     assert!(same > 6 && same + 2 >= leaves.len(), "{bark:?}, {leaves:?}");
-    // At each error of the joined bake, both parts together have about its triangles. Errors of the last levels differ
-    // little: 300 triangles have 0.9 of the error of 100. The limit there is a tenth larger.
+    // At each error of the joined bake, both parts together have about as many triangles. Errors of the last levels
+    // differ little: 300 triangles have 0.9 of the error of 100. There, the parts are compared at an error that is a
+    // tenth larger.
     let mut ratios = Vec::new();
     for group in &one.groups {
         let drawn = |levels: &Hierarchy, share: f32| {

@@ -32,14 +32,14 @@ fn change(path: &Path, change: impl FnOnce(&mut Value)) {
 }
 
 #[test]
-fn bakes_and_inspects() {
+fn bake_writes_file_that_inspect_reads() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 64);
     let output = folder.path().join("grid.fieldlod");
 
     let bake = fieldlod(&["bake", text(&input), "-o", text(&output)]);
     assert!(bake.status.success(), "{bake:?}");
-    // Without a terminal, there is no progress.
+    // Without a terminal, no progress is printed.
     assert!(bake.stderr.is_empty(), "{bake:?}");
     let shown = String::from_utf8(bake.stdout).unwrap();
     assert!(shown.contains("8,192 triangles to "), "{shown}");
@@ -294,7 +294,7 @@ fn wrong_command_lines_exit_with_2() {
 fn faulty_primitives_are_skipped_unless_strict() {
     let folder = TempDir::new().unwrap();
     let input = grid_glb(folder.path(), 32);
-    // A second primitive whose number of indices is not a multiple of 3.
+    // A third primitive, whose number of indices is not a multiple of 3.
     change(&input, |json| {
         let mut indices = json["accessors"][1].clone();
         indices["count"] = json!(3 * 64 - 1);
@@ -321,7 +321,7 @@ fn coarse_grids_of_quantized_positions_are_reported() {
     }
 }
 
-/// The grid with two joints, of which the second bends its right half. Its weight at the last vertex is `last`.
+/// Writes the grid with two joints. The second moves vertices with x > 12, with weight `last` at the last vertex.
 fn skinned_glb(folder: &Path, last: f32) -> PathBuf {
     let mut file = Glb::read(&grid_glb(folder, 24));
     let count = 25 * 25;

@@ -195,7 +195,7 @@ fn packed_scenes_become_readable_for_bevy() {
     let positions = &json["accessors"][positions.as_u64().unwrap() as usize];
     assert_eq!(positions["componentType"], FLOAT);
     assert_eq!(json["nodes"][0]["scale"], json!([0.01, 0.01, 0.01]));
-    // The levels are those of the meshes in the scene.
+    // The levels are baked from the meshes of the written scene.
     let mesh = &import_gltf(&scene).unwrap().primitives[0].mesh;
     let levels = fs::read(output.join("world.fieldlod")).unwrap();
     let levels = BakedFile::from_bytes_beside_source(&levels).unwrap();

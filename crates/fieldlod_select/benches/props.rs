@@ -1,7 +1,7 @@
 //! Selection of fields of rocks, as whole meshes and as clusters.
 //!
-//! Run with `cargo bench -p fieldlod_select --bench props`. Numbers of rocks may follow. `clusters` takes meshes of
-//! clusters; `views` selects for several views, one after the other and at once.
+//! Run with `cargo bench -p fieldlod_select --bench props`. Arguments after `--` are numbers of rocks,
+//! `clusters` for meshes of clusters, and `views` for several views, one after the other and at once.
 
 mod common;
 

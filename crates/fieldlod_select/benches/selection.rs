@@ -87,7 +87,7 @@ fn check(
     assert!(is_same(&bits, &expected));
 }
 
-/// The sphere test of clusterlod, as fast as ours: vector instructions, no root, five numbers a group.
+/// The sphere test of clusterlod, optimized like ours: vector instructions, no root, five numbers a group.
 ///
 /// ```text
 /// e f / (ρ − r) > τ   ⇔   (e f/τ + r)² > ρ²
@@ -117,8 +117,7 @@ impl SphereTable {
         }
     }
 
-    /// A bit for each group; `eye` in local space, `scale` = f/τ times what the instance scales
-    /// lengths.
+    /// One bit for each group. `eye` is in local space; `scale` is f/τ.
     fn refine(&self, eye: Vec3, scale: f32, refined: &mut Vec<u64>) {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         if let Some(avx2) = fearless_simd::Level::new().as_avx2() {

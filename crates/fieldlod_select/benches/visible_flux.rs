@@ -78,7 +78,7 @@ fn main() {
             ],
         );
         let triangles = [kept.triangle_count(), kept_flux.triangle_count()];
-        // After these frames the shares are settled, and a still view costs no selection.
+        // After these frames no share is held, and a still view costs no selection.
         for _ in 0..=2 * u32::from(flux.hold_frames) {
             kept_flux.select(&scene, &at(step.get()), &counting);
         }

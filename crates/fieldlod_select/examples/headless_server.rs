@@ -7,7 +7,7 @@ use fieldlod_bake::{BakeConfig, MeshError, bake_mesh, fixtures};
 use fieldlod_select::{LodSettings, Scene, Selector, View};
 use glam::{Affine3A, Mat4, Vec2, Vec3};
 
-/// A player: where the eye is, and what is selected for it from frame to frame.
+/// A player: the position of the eye, and the selector, which keeps the previous cuts.
 struct Player {
     name: &'static str,
     eye: Vec3,
@@ -37,7 +37,7 @@ fn main() -> Result<(), MeshError> {
     ];
     let projection = Mat4::perspective_infinite_reverse_rh(1.0, 16.0 / 9.0, 0.1);
     let screen = Vec2::new(1920.0, 1080.0);
-    let camera = Camera::from_projection(&projection, screen).expect("a projection with a field");
+    let camera = Camera::from_projection(&projection, screen).expect("a perspective projection");
     let settings = LodSettings::with_error_px(1.0);
     for frame in 0..3u8 {
         for player in &mut players {

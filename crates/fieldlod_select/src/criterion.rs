@@ -7,7 +7,7 @@
 //! ```text
 //! screen error = e √( c (4 V + 0.4 p) o )      pixels
 //!
-//! e   error of the simplification, a length, times the largest stretch of the instance
+//! e   error of the simplification, a length, times the largest stretch across the sight rays
 //! c   upper bound of the field's strength over the group's sphere (eq. 5), samples per unit area
 //! V   mean of max(n·s, 0) over the group's surface: the visible share of its projection factor
 //! p   likelihood of a silhouette in the group, where c·n is 0 but an error is seen edge-on
@@ -18,7 +18,7 @@
 //! m   mean of the group's unit normals;  s  unit vector from the group to the camera
 //! ```
 //! V, p and the constants are ours, not the paper's: a smooth estimate from the mean normal alone.
-//! V is relative to that of a surface with normals in all directions, 1/4, which has the error e √c. At the same
+//! The factor 4 is relative to a surface with normals in all directions, for which 4 V is 1. At the same
 //! threshold the picture is then about as near to the source as that of rotation-invariant metrics. The weight of p was
 //! measured on a set of training models and poses (`fieldlod-lab chart --training`): less coarsens silhouettes, more
 //! refines surfaces seen edge-on.
@@ -26,9 +26,9 @@
 //! The screen error is RMS-like: it weighs errors by their area in the picture, and is not an upper bound of a
 //! displacement.
 //!
-//! Bounds of the criterion save most evaluations, and must follow a change of it: [`limits`] (of a level),
-//! [`error_bounds`] and `select/bounds_test.rs` (of many groups), `select/limits/keep_test.rs` (of whole instances),
-//! and [`Drift`] (of a moving camera). `tests/matches_naive.rs` compares the result with the criterion.
+//! Bounds of the criterion save most evaluations, and must change with it: [`limits`] (of a level),
+//! [`error_bounds`] and `select/bounds_test.rs` (of many groups), and `select/limits/keep_test.rs` (of whole instances).
+//! `tests/matches_naive.rs` compares the result with the criterion.
 
 pub(crate) mod error_bounds;
 pub(crate) mod extent;
@@ -54,8 +54,8 @@ pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 /// Bound of the rounding of the widest aspect ratio. With a smaller bound, rounding may relax thresholds.
 const ASPECT_ROUNDING: f32 = 1e-6;
 
-/// The error of `group` in pixels under `settings`: a group is refined if its error exceeds
-/// [`LodSettings::threshold_px`].
+/// The error of `group` in pixels under `settings`. A group is refined if its error, times
+/// [`LodSettings::resolution_scale`], exceeds [`LodSettings::threshold_px`].
 ///
 /// With [`LodSettings::error_px`] it is the screen-space error of the group's simplification. With
 /// [`LodSettings::displacement_px`] it is the largest displacement on screen of a point of the group's surface:
@@ -67,7 +67,7 @@ const ASPECT_ROUNDING: f32 = 1e-6;
 /// `error_px / displacement_px`; with neither it is 0.
 ///
 /// Zero outside the field of view ([`Offscreen::Coarsest`]). Infinite for a terminal group, or if the group's sphere
-/// reaches the camera plane inside the field of view. Never negative. NaN only for input that holds NaN.
+/// holds the eye of a perspective camera. Never negative. NaN only for input that holds NaN.
 ///
 /// If the view has [margins](crate::View::with_margins), a group that `was_refined` in the previous cut leaves a wider
 /// view than it entered. Its error is then at least that of a group that was not refined.
@@ -81,7 +81,7 @@ pub fn group_error_px(
     visible_error_px(group, instance, settings, was_refined, 1.0)
 }
 
-/// [`group_error_px`] of a group with a visible share, as a [`Selector`](crate::Selector) compares it with
+/// [`group_error_px`] of a group with a visible share, as a [`Selector`](crate::Selector) computes it under
 /// [`LodSettings::visible_flux`]. Displacements are not weighed, since the share is an estimate.
 #[cfg_attr(
     not(any(test, feature = "test-support")),
@@ -121,22 +121,6 @@ pub(crate) fn criterion_input(group: &Group) -> CriterionInput {
     [x, y, z, radius, error, deviation, m_x, m_y, m_z]
 }
 
-/// A motion of the camera: lengths of the paths of its eye and, in radians or more, of its axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Motion {
-    pub(crate) travel: f32,
-    pub(crate) turn: f32,
-}
-
-/// Bounds of the motion of an instance's groups in camera space.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Drift {
-    /// Bound of the distance that a centre moves.
-    pub(crate) distance: f32,
-    /// Bound of the change of the unit vector from a centre to the camera.
-    pub(crate) chord: f32,
-}
-
 /// The criterion of one instance in one view under one set of settings.
 #[derive(Clone, Copy)]
 pub(crate) struct Criterion {
@@ -151,9 +135,6 @@ pub(crate) struct Criterion {
     bias: f32,
     max_curl: f32,
     min_aspect_ratio: f32,
-    /// The motion of groups. Errors of refined groups are their least errors during the motion, and errors of other
-    /// groups their largest. The instance must stay inside the view or outside.
-    pub(crate) drift: Drift,
 }
 
 /// The parts of the criterion that count for an instance.
@@ -193,7 +174,6 @@ impl Criterion {
             bias: bias.unwrap_or(0.0),
             max_curl: advanced.max_curl,
             min_aspect_ratio: advanced.min_aspect_ratio,
-            drift: Drift::default(),
         }
     }
 
@@ -243,14 +223,13 @@ impl Criterion {
         }
     }
 
-    /// The error to compare with [`LodSettings::threshold_px`], of a group that is not terminal. `share` is the share of
-    /// the group that is not hidden.
+    /// The error to compare with the threshold, of a group that is not terminal. `share` is the group's visible share.
     #[inline(always)]
     pub(crate) fn error_px(&self, group: CriterionInput, share: f32, was_refined: bool) -> f32 {
         let [x, y, z, radius, error, deviation, m_x, m_y, m_z] = group;
         let mean_normal = Vec3::new(m_x, m_y, m_z);
         // The sphere in camera space and its extent in the view.
-        let seen = self.seen(Vec3::new(x, y, z), radius, was_refined);
+        let seen = self.seen(Vec3::new(x, y, z), radius);
         let extent = self.extent(&seen, was_refined);
         // Factors of both errors.
         let stretch = self.stretch(&seen);
@@ -260,7 +239,7 @@ impl Criterion {
             // e √(c (4 V + 0.4 p) o)
             let strength = self.strength(&seen, &extent);
             let facing = self.facing(mean_normal, &seen);
-            let weight = self.weight(facing, mean_normal, was_refined) * share;
+            let weight = Self::weight(facing, mean_normal) * share;
             let error_px = error * stretch * (strength * weight).sqrt() * relaxation;
             screen_error = unless_infinite(strength, error_px);
         }
@@ -280,14 +259,13 @@ impl Criterion {
     }
 
     #[inline(always)]
-    fn seen(&self, center: Vec3, radius: f32, was_refined: bool) -> SeenSphere {
+    fn seen(&self, center: Vec3, radius: f32) -> SeenSphere {
         let center = self.instance.camera_from_local * center + self.instance.origin_in_camera;
         let distance_squared = center.dot(center);
         let radius = self.instance.camera_per_local * radius;
         SeenSphere {
             center,
             radius,
-            reach: radius + negated_if(was_refined, self.drift.distance),
             distance_squared,
             distance: distance_squared.sqrt(),
         }
@@ -324,8 +302,7 @@ impl Criterion {
             return self.unless_outside(extent, constant, on_axis);
         }
         let bound = constant * extent.secant / (extent.depth * extent.depth) * (1.0 + ROUNDING);
-        let distance = seen.reached_distance();
-        let bound = self.unless_outside(extent, bound, on_axis / (distance * distance));
+        let bound = self.unless_outside(extent, bound, on_axis / (seen.distance * seen.distance));
         self.sampled_where_flat(constant, seen, extent, bound)
     }
 
@@ -338,7 +315,7 @@ impl Criterion {
             return self.unless_outside(extent, px_per_unit, on_axis);
         }
         let bound = px_per_unit * extent.secant / extent.depth * (1.0 + ROUNDING);
-        self.unless_outside(extent, bound, on_axis / seen.reached_distance())
+        self.unless_outside(extent, bound, on_axis / seen.distance)
     }
 
     /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], `on_axis`.
@@ -377,7 +354,7 @@ impl Criterion {
         let allowed = max_curl * max_curl * (distance * distance) * z_squared;
         let is_flat = (center.z > 0.0) & (change < allowed);
         let sample = constant * distance / (center.z * center.z * center.z);
-        // Zero outside the view and infinity stay as they are; the centre may be outside the image.
+        // Values outside the view and infinity stay as they are. The centre may be outside the image.
         let is_visible = !(extent.is_outside | extent.is_unbounded);
         let is_sampled = is_flat & is_visible & (sample < bound);
         if is_sampled { sample } else { bound }
@@ -409,17 +386,12 @@ impl Criterion {
         }
     }
 
-    /// `4 V + 0.4 p`, at most or at least during the motion.
+    /// `4 V + 0.4 p`.
     #[inline(always)]
-    fn weight(&self, facing: f32, mean_normal: Vec3, was_refined: bool) -> f32 {
+    fn weight(facing: f32, mean_normal: Vec3) -> f32 {
         let variance = normal_variance(mean_normal);
-        let change = negated_if(was_refined, self.drift.chord * mean_normal.length());
-        // V grows with μ and p falls with |μ|.
-        let aside = facing.abs() - change;
-        let aside = if aside < 0.0 { 0.0 } else { aside };
-        let flatness = aside * aside / silhouette_width(variance);
-        let visible = visible_weight(facing + change, variance);
-        larger(visible, 0.0) + silhouette_weight(flatness)
+        let flatness = facing * facing / silhouette_width(variance);
+        larger(visible_weight(facing, variance), 0.0) + silhouette_weight(flatness)
     }
 
     /// The largest stretch across the sight rays of the sphere, in camera units per local unit. It is exact at the ray
@@ -439,8 +411,8 @@ impl Criterion {
         smaller(across, most)
     }
 
-    /// The factor of errors by `min_aspect_ratio`, from the largest aspect ratio in the visible part of a sphere. It is
-    /// `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least the ratio of the widest corner.
+    /// The factor of errors by `min_aspect_ratio`, from the largest aspect ratio in the visible part of a sphere. That
+    /// ratio is `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least the ratio of the widest corner.
     #[inline(always)]
     fn relaxation(&self, seen: &SeenSphere) -> f32 {
         let limit = self.min_aspect_ratio;
@@ -465,11 +437,6 @@ impl Criterion {
 fn unless_infinite(factor: f32, error_px: f32) -> f32 {
     let is_infinite = factor >= f32::INFINITY;
     if is_infinite { factor } else { error_px }
-}
-
-#[inline(always)]
-fn negated_if(is_negated: bool, value: f32) -> f32 {
-    if is_negated { -value } else { value }
 }
 
 /// Pixels per unit of length along both axes, at unit depth in a perspective view.

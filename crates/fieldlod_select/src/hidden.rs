@@ -1,9 +1,9 @@
 //! Visible flux: the visible shares of instances and groups, by a small depth image of the view. The CPU draws the
-//! image from coarse levels of large, near instances.
+//! image from coarse levels of large instances and points of small instances.
 //!
 //! The flux of the camera-sampling field is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8). Hasselgren,
 //! Andersson and Akenine-Möller, "Masked Software Occlusion Culling" (2016), draw a similar image to cull. Here nothing
-//! is culled: the image weighs errors, and hidden instances are drawn at their coarsest levels.
+//! is culled: the image weighs errors, and hidden instances are drawn at coarser levels.
 //!
 //! # Conventions
 //! A texel holds the *nearness* of the nearest surface: `1/z` in a perspective view, which is linear over a triangle in
@@ -31,8 +31,8 @@ use glam::{Mat3, Vec3};
 use crate::lanes::bits::LANES;
 use crate::lanes::{Eight, smaller, with_avx2};
 use crate::scene::Scene;
-use crate::view::View;
-use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, camera_from_local, list_candidates};
+use crate::view::{View, camera_from_local};
+use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, list_candidates};
 use clip::{Corner, clipped_parts};
 use image_plane::ImagePlane;
 use occluder::{OccluderPart, parts_in_view};
@@ -52,8 +52,8 @@ pub struct OcclusionBuffer {
     texels: Texels,
     /// The least nearness of each texel and its two neighbours in the row.
     shrunk_in_rows: Vec<f32>,
-    /// The least nearness of each texel and its eight neighbours. A slanted surface is nearer in the next texel: with the
-    /// nearness of the texel alone, it would hide parts of itself.
+    /// The least nearness of each texel and its eight neighbours. With the nearness of one texel, a slanted surface
+    /// would hide parts of itself.
     shrunk: Vec<f32>,
     /// Reused buffers: instances that may be drawn, and corners of the occluder that is being drawn.
     candidates: Vec<Candidate>,

@@ -45,17 +45,17 @@
 //! disappears is coarsened some frames later. Displacements are not weighed, since the share is an estimate.
 //!
 //! # Speed
-//! A [`Selector`] tests all instances in each frame, eight at a time:
+//! If the scene, the view or the settings have changed, a [`Selector`] tests all instances, eight at a time:
 //! 1. One pass over the spheres of all instances skips instances that certainly keep their cuts. They are outside the
 //!    view, or within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one test of
 //!    a sphere around 64 neighbours often skips all of them. `benches/props` measures up to a million instances.
 //! 2. The other instances are near. A mesh that is drawn as a whole
 //!    ([`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels)) gets its level from bounds
-//!    over its sphere, eight levels at once. If the bounds are not decisive, the criterion decides the level. It also
+//!    over its sphere. If the bounds are not decisive, the criterion decides, eight levels at once. It also
 //!    decides the groups of other meshes, except groups in bounds of 64 or eight that are below the threshold.
 //!
-//! The changes of a first frame list every instance. `benches/selection` compares the test of groups with the sphere
-//! test of clusterlod.
+//! In a first frame, [`Selector::changes`] lists every drawn instance. `benches/selection` compares the test of groups
+//! with the sphere test of clusterlod.
 //!
 //! # Determinism
 //! Only IEEE-exact operations (+ − × ÷ √) are used, and eight lanes compute the same as one scalar, in the same order.

@@ -90,9 +90,9 @@ struct Mesh {
 /// Meshes and instances. Any number of [`Selector`](crate::Selector)s, one for each view and on any
 /// threads, select from it, each with settings of its own.
 ///
-/// Call [`Scene::update`] after changes and before selection. A change costs the same in a scene of any size. Instances
-/// that are added between two updates are ordered by their places, because views skip 64 neighbours at once. Later
-/// moves do not change the order.
+/// Call [`Scene::update`] after changes and before selection. A change of an instance costs the same in a scene of any
+/// size. Instances that are added between two updates are ordered by their places, because views skip 64 neighbours at
+/// once. Later moves do not change the order.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     meshes: Vec<Mesh>,
@@ -131,8 +131,8 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees the memory of a mesh. Does nothing if the mesh was removed. The next mesh that is added takes its id:
-    /// before that, each selector must select once, to list the units that left, or be cleared.
+    /// Frees the memory of a mesh. The next mesh that is added takes its id; until then, a second call does nothing.
+    /// Before the id is taken, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
     /// If an instance of the mesh is still in the scene.
@@ -147,10 +147,10 @@ impl Scene {
         }
     }
 
-    /// Restricts refinement to groups of a mesh whose units `are_loaded`, by group index: for meshes that are loaded in
-    /// parts. Instead of missing groups the finest loaded simplification is drawn;
-    /// [`Selector::demand`](crate::Selector::demand) lists them. Terminal groups are always available. Other groups are
-    /// available with all coarser groups that consume their simplification.
+    /// Restricts refinement to available groups, for a mesh that is loaded in parts. Terminal groups are always
+    /// available. Another group is available if its units `are_loaded`, by group index, and all coarser groups that
+    /// consume its simplification are available. The finest available simplification is drawn in place
+    /// of missing groups. [`Selector::demand`](crate::Selector::demand) lists the missing groups.
     pub fn set_available(&mut self, mesh: MeshId, are_loaded: impl Fn(u32) -> bool) {
         self.meshes[mesh.index()].table.set_available(are_loaded);
         self.available_revision += 1;
@@ -290,7 +290,7 @@ impl Scene {
         self.get(instance)?.mesh
     }
 
-    /// Placement of an instance. If the instance was removed, its placement before the removal.
+    /// Placement of an instance. A removed instance keeps its placement until its index is reused.
     #[must_use]
     pub fn placement(&self, instance: InstanceId) -> Affine3A {
         self.instances[instance.index()].world_from_local

@@ -11,5 +11,4 @@ pub(crate) mod frame;
 mod instance_cut;
 mod limits;
 mod memory;
-pub(crate) mod motion;
 mod near;

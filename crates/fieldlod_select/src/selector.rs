@@ -16,7 +16,7 @@ use crate::view::View;
 /// the levels and groups of the other instances. The cuts are the same as if every group of every instance were
 /// decided.
 ///
-/// Without changes a frame returns at once.
+/// Without changes a frame returns at once, unless a visible share is held.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -78,8 +78,6 @@ impl Selector {
         let frame = Frame::new(scene, &input, last, self.are_shares_known);
         self.are_shares_known = true;
 
-        // The motion of the camera, within which cuts of groups hold.
-        self.cuts.odometer.advance(&frame);
         // The limits of instances after changes of the scene or the settings.
         self.cuts.update_limits(&frame);
         // The depth image of visible flux.
@@ -99,13 +97,13 @@ impl Selector {
     ///
     /// The order of the instances depends only on the scene and the views so far. It is not the order of their ids,
     /// which would need a sort of all instances in the first frame. If another instance has taken over an index, the
-    /// units that left the old instance come first. An instance may come more than once, with a triangle budget or
-    /// after [`Scene::set_available`]: apply the changes in order.
+    /// units that left the old instance come first. With a triangle budget, an instance may come more than once: apply
+    /// the changes in order.
     pub fn changes(&self) -> impl Iterator<Item = Change<'_>> {
         self.cuts.changes()
     }
 
-    /// Triangles in the view.
+    /// Triangles of all selected units, before culling.
     #[must_use]
     pub fn triangle_count(&self) -> u64 {
         self.cuts.triangle_count

@@ -20,15 +20,15 @@ pub enum Offscreen {
 /// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large instances,
 /// points for small instances. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
 /// because the paper's flux is over the visible surface. At equal pictures of the walkthrough, a weight of `√o` with
-/// exact shares drew 0.44 of the triangles, and a weight of `o` 0.48. Objects outside the image, within
-/// [`offscreen_margin`](AdvancedSettings::offscreen_margin) too, count as hidden. `o` is an estimate, so displacements
+/// exact shares drew 0.44 of the triangles, and a weight of `o` 0.48. Objects outside the image count as
+/// hidden, also within [`offscreen_margin`](AdvancedSettings::offscreen_margin). `o` is an estimate, so displacements
 /// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct VisibleFlux {
     /// Triangle budget of the depth image; 32 points count as one triangle.
     pub occluder_triangles: u32,
-    /// Number of selections in a row, at most 254, that must see less of a group before it is coarsened. A group is
+    /// Number of selections in a row that must see less of a group before it is coarsened. A group is
     /// refined as soon as a selection sees more of it.
     pub hold_frames: u8,
     /// Smallest visible share, from 0 to 1: a group estimated as hidden may be slightly visible, or cast a shadow into
@@ -86,8 +86,9 @@ pub struct LodSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct AdvancedSettings {
-    /// A refined group stays refined until its error falls below this share of the thresholds. At 0, groups never
-    /// coarsen; 1 is no hysteresis, and larger values count as 1. It keeps levels from flickering near a threshold.
+    /// A refined group stays refined until its error falls below this share of the thresholds. At 0, only
+    /// groups without error coarsen, for example outside the view; 1 is no hysteresis, and larger values count as 1. It
+    /// keeps levels from flickering near a threshold.
     pub hysteresis: f32,
     /// Aspect ratio cos φ of the sampling pattern (§3.4), from 0 to 1, below which the thresholds are relaxed; 0
     /// disables it. If even the least stretched part of a group has a smaller ratio, its error counts
@@ -102,16 +103,16 @@ pub struct AdvancedSettings {
     /// ```text
     /// κ = r |∇c| / c = (r/ρ) √(4 + 9 tan²φ)
     /// ```
-    /// of which `3(r/ρ) tan φ = r |curl c| / c` (eq. 12) across the sight ray, `2r/ρ` along it (eq. 14).
+    /// The part across the sight ray is `3(r/ρ) tan φ = r |curl c| / c` (eq. 12); the part along it is `2r/ρ` (eq. 14).
     pub max_curl: f32,
-    /// Margin around the image that counts as visible, as a share of the image's size on each side. Objects in it may
-    /// cast shadows into the image, or enter it with a fast turn.
+    /// Margin around the image that counts as visible, as a share of the image's size on each side. Objects in
+    /// the margin may cast shadows into the image, or enter the image with a fast turn.
     pub offscreen_margin: f32,
     /// Errors of groups outside the margin.
     pub offscreen: Offscreen,
-    /// Additional margin, as a share of the image's size on each side, within which a refined group still counts as
-    /// visible. A group leaves the view later than it enters, so head-bob does not swap levels along the image's
-    /// edge. Negative values count as 0.
+    /// Additional margin on each side, within which a refined group still counts as visible, as a share of the size of
+    /// the image with its `offscreen_margin`. A group leaves the view later than it enters, so head-bob does not swap
+    /// levels along the image's edge. Negative values count as 0.
     pub edge_hysteresis: f32,
 }
 
@@ -211,7 +212,7 @@ impl LodSettings {
         }
     }
 
-    /// The same settings at another [threshold](Self::threshold_px), both in the same proportion.
+    /// The same settings at another [threshold](Self::threshold_px), with both thresholds in the same proportion.
     pub(crate) fn at_threshold(&self, threshold_px: f32) -> Self {
         let scaled = |displacement_px: f32| match self.error_px {
             Some(error_px) => displacement_px * (threshold_px / error_px),

@@ -10,6 +10,7 @@ use glam::{Affine3A, Mat3, Vec2, Vec3};
 
 use crate::settings::LodSettings;
 pub use instance_view::InstanceView;
+pub(crate) use instance_view::camera_from_local;
 use shadow_lights::{ShadowLight, ShadowLights};
 
 /// A camera with its pose in the world.
@@ -46,8 +47,8 @@ impl View {
     }
 
     /// The same view with the lights that cast shadows into it. With [`Offscreen::OnAxis`](crate::Offscreen::OnAxis),
-    /// instances outside the view count only if they may cast a shadow of one of these lights into it. All count with
-    /// more than four lights and without this call.
+    /// instances outside the view count only if they may cast a shadow of one of these lights into it. With more than
+    /// four lights, or without this call, all instances count.
     #[must_use]
     pub fn with_shadow_lights(&self, lights: &[ShadowLight]) -> Self {
         Self {
@@ -79,7 +80,7 @@ impl View {
     }
 
     /// The view with the margins of `settings`, at the same pixels per unit. It is wider by `offscreen_margin` on each
-    /// side, and for refined groups by `edge_hysteresis` more.
+    /// side, and for refined groups by a further `edge_hysteresis` of the wider size.
     #[must_use]
     pub fn with_margins(&self, settings: &LodSettings) -> Self {
         let camera = widened(&self.camera, settings.advanced.offscreen_margin);

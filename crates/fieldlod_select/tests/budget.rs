@@ -26,7 +26,7 @@ fn assert_kept(world: &World, view: &View, selector: &Selector, budget: u64) {
 }
 
 #[test]
-fn budget_is_kept_in_a_walk_with_few_thresholds() {
+fn budget_is_kept_along_walk_with_few_thresholds() {
     let world = forest();
     let free = triangles_without_budget(&world, &step_of_walk(0));
     for share in [0.5, 0.7, 0.9] {

@@ -148,7 +148,7 @@ fn walk_past_walls() -> u64 {
 }
 
 #[test]
-fn depth_images_hash_to_the_number_on_any_thread() {
+fn depth_images_have_committed_hash_on_any_thread() {
     let threads: Vec<_> = (0..3)
         .map(|_| std::thread::spawn(walk_past_walls))
         .collect();

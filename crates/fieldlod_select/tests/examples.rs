@@ -11,7 +11,7 @@ fn headless_server_selects_more_for_the_near_player() {
     let program = examples.join(program);
     assert!(
         program.is_file(),
-        "`cargo build --examples` makes {}",
+        "{} does not exist; run `cargo build --examples`",
         program.display()
     );
     let output = Command::new(program).output().unwrap();

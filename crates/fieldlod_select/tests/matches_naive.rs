@@ -64,7 +64,7 @@ enum Event {
     Add(Vec<Placed>),
     /// Every n-th instance.
     Remove(usize),
-    /// Removed, and as many others put in their place.
+    /// Removes every n-th instance, and adds others.
     Replace(usize, Vec<Placed>),
     Move(usize, Vec3),
     Bias(usize, f32),

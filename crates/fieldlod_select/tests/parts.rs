@@ -45,7 +45,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn cuts_and_demand_are_those_of_available_groups(
+    fn cuts_skip_missing_groups_and_demand_lists_them(
         eyes in prop::collection::vec(vector(), 2..6),
         seeds in prop::collection::vec((any::<u64>(), 0u64..9), 6),
         error_px in 0.3f32..4.0,
@@ -100,7 +100,7 @@ proptest! {
 }
 
 #[test]
-fn budget_counts_what_is_drawn_of_available_groups() {
+fn budget_counts_triangles_of_available_groups_only() {
     let mut world = World::new(&[Placed::new(0, Affine3A::IDENTITY)]);
     let half = hierarchies()[0].groups.len() as u32 / 2;
     world

@@ -170,7 +170,7 @@ fn error_depends_on_orientation() {
 }
 
 #[test]
-fn caps_draw_as_the_stricter_threshold() {
+fn both_thresholds_draw_like_the_stricter_one() {
     let view = look(perspective(1.0), Vec3::Z * 4.0, Vec3::ZERO);
     let triangles = |settings| cut_of(0, &view, &settings).triangle_count();
     let quality = triangles(LodSettings::default());

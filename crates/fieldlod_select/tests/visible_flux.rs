@@ -57,7 +57,7 @@ fn seen_units(world: &World, id: InstanceId, view: &View) -> Vec<u32> {
 }
 
 #[test]
-fn hidden_instance_is_drawn_at_its_coarsest() {
+fn hidden_instance_draws_under_a_quarter_of_units() {
     let (world, [_, rock]) = world();
     let [hiding, _] = views();
     let selector = world.select(&hiding, &settings());
@@ -96,7 +96,7 @@ fn instance_that_disappears_is_coarsened_after_some_frames() {
     };
     let first = (0..20).find(|_| is_coarse());
     assert_eq!(first, Some(usize::from(HOLD_FRAMES)));
-    // After the shares have settled, a still view decides nothing.
+    // Once no share is held, a still view decides nothing.
     for _ in 0..HOLD_FRAMES {
         is_coarse();
     }

@@ -81,7 +81,7 @@ fn streamed_cut_converges_to_the_full_cut() {
     assert_eq!(streamed.residency.coarsening(), 1.0);
 }
 
-/// With half or a tenth of the wanted bytes, the coarsening becomes constant and uses most of the budget.
+/// With half or a tenth of the wanted bytes, the coarsening becomes constant. At least 70 % of the budget is used.
 #[test]
 fn coarsening_becomes_constant_with_a_small_budget() {
     for share in [2, 10] {

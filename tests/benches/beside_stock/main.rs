@@ -4,7 +4,8 @@
 //! scenes at 1, 2.5 and 10 radii. It prints triangles, image errors over the pixels that show a surface, and seconds
 //! until the levels are ready. It also prints resident memory, and slabs of Bevy's mesh allocator. Levels come from a
 //! cache, so that no bake runs in a measured process. Resident memory is that of Linux; with a software adapter it
-//! contains the GPU memory. `--only NAME` selects scenes, and `--pictures OUT` keeps the pictures.
+//! contains the GPU memory. `--only NAME` selects scenes. `--pictures OUT` keeps
+//! the pictures, and `--cache DIR` the bakes.
 
 mod pictures;
 #[path = "../process.rs"]
@@ -25,7 +26,7 @@ struct Case {
     /// A generated scene, or the path of a `.glb` file.
     scene: String,
     has_plugin: bool,
-    /// Whether it only fills the cache.
+    /// Whether the process only fills the cache.
     only_bakes: bool,
     cache: PathBuf,
     /// The folder for pictures.
@@ -89,7 +90,7 @@ fn main() {
     }
 }
 
-/// Copies of the scenes in a folder that Bevy can read.
+/// Unpacks the `.glb` files of `input` into `folder`, because Bevy reads no compressed ones. Returns the new paths.
 fn unpacked(input: &str, folder: &Path) -> Vec<String> {
     let files = std::fs::read_dir(input)
         .unwrap()

@@ -18,7 +18,7 @@ use crate::{Case, pictures, process};
 
 /// Generated scenes.
 pub(crate) const SCENES: [&str; 4] = ["props", "terrain", "menu", "menu, handles kept"];
-/// Distances of the camera from the centre of the scene.
+/// Distances of the camera from the centre of the scene, in radii of the scene.
 const RADII: [f32; 3] = [1.0, 2.5, 10.0];
 /// Frames at each pose before the measurement, and at the last pose of the plugin. Unused units are despawned during
 /// the latter. Each frame takes about a second on a busy software adapter.
@@ -229,7 +229,7 @@ fn measure_pose(stage: &mut Stage, eye: &Eye, radii: f32, ready: Duration) -> Me
         radii,
         triangles: stats.triangles_drawn,
         triangles_full: stats.triangles_full,
-        resident_mb: process::number("status", "VmRSS:") as f64 / 1024.0,
+        resident_mb: process::number("status", "VmRSS:") as f64 * 1.024e-3,
         slabs_mb: slabs as f64 / 1e6,
         meshes: meshes.len(),
         ready_s: ready.as_secs_f64(),

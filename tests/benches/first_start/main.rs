@@ -6,7 +6,7 @@
 //! `whole_frame`. `-- walkthrough` starts the walkthrough.
 //!
 //! The first picture is complete: all pipelines are compiled. The plugin draws sources until their levels are ready, so
-//! that all its pictures are sharp.
+//! that its first picture has full detail.
 
 #[path = "../process.rs"]
 mod process;
@@ -110,17 +110,17 @@ fn measure(way: &str, folder: &Path, scene: &Scene, start: Instant) {
     app.draw();
     let all_levels = start.elapsed().as_secs_f64();
     let frame = median((0..TIMED).map(|_| app.draw().0)).as_secs_f64() * 1e3;
-    let mib = |name| process::number("status", name) as f64 * 1.024e-3;
+    let megabytes = |name| process::number("status", name) as f64 * 1.024e-3;
     println!(
         "{way:<14}{generated:>6.2}{:>8.2}{all_levels:>8.2} |{frame:>9.1} |{:>8.1}{:>9.1}{:>9.1}",
         first_picture.unwrap_or_default(),
         app.mesh_bytes() as f64 * 1e-6,
-        mib("VmRSS:"),
-        mib("VmHWM:"),
+        megabytes("VmRSS:"),
+        megabytes("VmHWM:"),
     );
 }
 
-/// Starts the walkthrough without a cache, with the cache of that run, and by Bevy alone.
+/// Starts the walkthrough by Bevy alone, by the plugin without a cache, and with the cache of that run.
 fn start_walkthrough() -> Result<(), String> {
     println!("seconds: generated, first picture of the walkthrough");
     walkthrough::remove_cache()?;

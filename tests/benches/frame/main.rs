@@ -50,9 +50,9 @@ fn main() {
         "{}: {triangles} triangles, {of_props} in its meshes",
         scene.name
     );
-    for has_sun in [false, true] {
-        println!("{}", if has_sun { "a sun" } else { "no sun" });
-        let app = |(name, method)| (name, app(&scene, method, has_sun));
+    for has_shadows in [false, true] {
+        println!("{}", if has_shadows { "shadows" } else { "no shadows" });
+        let app = |(name, method)| (name, app(&scene, method, has_shadows));
         print_times(&mut methods().map(app));
     }
 }
@@ -76,9 +76,9 @@ fn compare_kinds() {
     }
 }
 
-fn app(scene: &Scene, method: Method, has_sun: bool) -> SceneApp {
+fn app(scene: &Scene, method: Method, has_shadows: bool) -> SceneApp {
     let stage = Stage::stock().expect("there is an adapter");
-    let mut app = SceneApp::new(stage, scene, method, UVec2::new(1920, 1080), has_sun);
+    let mut app = SceneApp::new(stage, scene, method, UVec2::new(1920, 1080), has_shadows);
     app.drop_commands();
     app.wait_for_levels();
     app

@@ -3,7 +3,7 @@
 //! `cargo bench -p fieldlod_tests --bench whole_frame -- town 4000` draws a town of 4,000 entities; `town` alone has
 //! 46,717. Other scenes are `forest`, `rocks` and `boulders`, the default. The methods draw in turn. "frame" is a whole
 //! update with the wait for the GPU; "main" and "render" are its parts on the CPU. `-- walkthrough` draws the
-//! walkthrough by each method.
+//! walkthrough at full detail and by the plugin, with and without visible flux.
 //!
 //! The distances of hand-made levels have a common factor, at which their image error is that of the plugin at 1 px
 //! (`high`). `-- town medium` also finds the factor for the plugin at 2 px.

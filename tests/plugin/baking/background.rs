@@ -73,7 +73,7 @@ fn changing_mesh_draws_its_source() {
     let id = source.id().to_string();
     assert!(logged(Level::INFO, &[&id, "changes every few frames"]));
     assert_eq!(origins(&app).len(), 1);
-    // After a while without changes, it has levels again.
+    // After a while without changes, the mesh has levels again.
     ready(&mut app, 2);
     assert!(level(&mut app, water, camera) > Some(0));
     assert_eq!(origins(&app).len(), 2);

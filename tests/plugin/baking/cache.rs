@@ -13,7 +13,7 @@ use crate::headless::{
     add, app, logged, minimal_app, origins, progress, ready, rock, run_until, spawn_object,
 };
 
-/// The source of the levels of a rock in an app with this cache.
+/// The origin of the levels of a rock in an app with this cache.
 fn run(folder: &Path, seed: u32) -> LodOrigin {
     run_mesh(folder, rock(4, seed))
 }
@@ -113,8 +113,8 @@ fn full_disk_is_logged() {
         .env(FOLDER, folder.path())
         .output()
         .unwrap();
-    let said = String::from_utf8_lossy(&ran.stdout);
-    assert!(ran.status.success() && said.contains("1 passed"), "{ran:?}");
+    let text = String::from_utf8_lossy(&ran.stdout);
+    assert!(ran.status.success() && text.contains("1 passed"), "{ran:?}");
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn unused_levels_are_dropped_if_cached() {
         let shown = (Mesh3d(mesh.clone()), AutoLod::default());
         let entity = app.world_mut().spawn(shown.clone()).id();
         ready(&mut app, 1);
-        // More than two checks, with an entity and without.
+        // Levels that are unused at two checks are dropped. A check runs every 600 frames.
         let meshes_later = |app: &mut App| {
             (0..1_250).for_each(|_| app.update());
             app.world().resource::<Assets<Mesh>>().len()

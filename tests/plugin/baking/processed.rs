@@ -35,7 +35,7 @@ fn load_scene(app: &mut App) {
         .spawn((WorldAssetRoot(scene), AutoLod::default()));
 }
 
-/// A rock with all attributes that a hierarchy carries.
+/// A rock with normals, tangents, second texture coordinates and colors.
 fn rock() -> GltfFile {
     let mesh = fieldlod_tests::rock(4, 1);
     let mut file = GltfFile::of(&mesh);
@@ -92,7 +92,7 @@ fn processed_file_needs_no_bake() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "mesh.glb", &file.glb_bytes());
     let processed = process(&sources);
-    // The file equals that of `fieldlod bake --quantize --beside-source`, and has every attribute.
+    // The file equals that of `fieldlod bake --quantize --beside-source`, and has the attributes of the rock.
     let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());

@@ -24,7 +24,7 @@ use crate::headless::{
     rock, run_until, spawn_camera, stats,
 };
 
-/// An app in front of the scene of a file, without levels.
+/// An app with a camera, and the file of its scene.
 struct Show {
     app: App,
     camera: Entity,
@@ -137,7 +137,7 @@ fn parts_get_levels_in_same_frame() {
     let root = show.spawn(AutoLod::default());
     show.app.world_mut().entity_mut(root).observe(note);
     show.parts_when_loaded(root);
-    // The source is drawn until then.
+    // Until both parts are ready, their sources are drawn.
     assert_eq!(show.level(root), None);
     ready(&mut show.app, 2);
     let frames = &show.app.world().resource::<ReadyFrames>().0;
@@ -310,7 +310,7 @@ fn rays_hit_parts_at_any_level() {
     assert!(hits[0].iter().flatten().count() > 20);
 }
 
-/// The sources of the levels of the parts.
+/// The origins of the levels of the parts.
 fn run(file: &GltfFile, cache: Option<&Path>, lods: Option<&'static str>) -> Vec<LodOrigin> {
     let mut app = app_in(file.folder());
     app.world_mut()
@@ -386,7 +386,7 @@ fn edited_part_draws_its_source() {
     meshes
         .insert(&mesh, scaled.scaled_by(Vec3::splat(1.5)))
         .unwrap();
-    // After it has stayed unchanged for a while.
+    // The mesh is prepared again after 30 frames without a change.
     run_until(&mut show.app, "it has failed", |app| {
         let mut events = app.world().resource::<Events>().0.iter();
         events.any(is_rigged)
@@ -396,7 +396,7 @@ fn edited_part_draws_its_source() {
     assert_eq!((progress.ready, progress.plain), (1, 1));
 }
 
-/// Whether a mesh failed because it differs from its file.
+/// Whether a mesh failed with [`LodError::Rigged`].
 fn is_rigged(event: &FieldLodEvent) -> bool {
     let FieldLodEvent::Failed { error, .. } = event else {
         return false;

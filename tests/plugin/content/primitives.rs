@@ -52,7 +52,7 @@ fn stripes(cells: u32, first: usize, count: usize) -> Vec<SourceMesh> {
     ranges.map(|range| part(&field, range)).collect()
 }
 
-/// Two primitives that meet at more vertices than they can keep.
+/// Two primitives that meet at too many vertices to keep all of them at all levels.
 fn spots() -> Vec<SourceMesh> {
     let field = fixtures::height_field(128);
     let is_second = |triangle: usize| {
@@ -66,7 +66,7 @@ fn spots() -> Vec<SourceMesh> {
 }
 
 #[test]
-fn run_time_bake_of_primitives_equals_bake_of_file() {
+fn run_time_bake_equals_bake_of_file() {
     let whole = LodKind::WholeMesh;
     for (parts, kinds) in [
         // One is too small to have levels of its own.
@@ -95,7 +95,7 @@ fn run_time_bake_of_primitives_equals_bake_of_file() {
 }
 
 #[test]
-fn faulty_primitive_leaves_levels_of_file_to_others() {
+fn other_primitives_use_file_if_one_is_faulty() {
     let mut parts = stripes(32, 500, 2);
     parts[1].positions.fill(Vec3::NAN);
     let mut file = file_of(&parts);
@@ -131,9 +131,9 @@ fn cache_distinguishes_kinds_of_primitives() {
     assert!(found.len() == 6 && joined.into_iter().all(|entry| found.contains(&entry)));
 }
 
-/// A primitive with few triangles keeps its border to primitives that are baked alone.
+/// Primitives of a glTF mesh above `together_below_triangles` are baked alone, and small ones have no levels.
 #[test]
-fn small_primitive_of_a_large_gltf_mesh_stays_plain() {
+fn small_primitive_of_large_gltf_mesh_stays_plain() {
     let mut file = file_of(&stripes(64, 60, 5));
     file.glb();
     let mut app = app_in(file.folder());

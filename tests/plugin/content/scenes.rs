@@ -18,8 +18,8 @@ use crate::headless::{
     Events, app_in, level, logged, move_camera, origins, progress, ready, run_until, spawn_camera,
 };
 
-/// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and one
-/// without normals.
+/// A file with one scene of two rocks: one with colours and texture coordinates in few bits, and a mirrored one with
+/// flat normals.
 fn two_rocks() -> GltfFile {
     let rock = fieldlod_tests::rock(4, 1);
     let mut file = GltfFile::of(&rock);
@@ -199,7 +199,7 @@ fn reloaded_file_is_applied() {
     let mut file = two_rocks();
     let good = bake(&file.glb());
     let stale = bake(&one_rock(4, 10).glb());
-    // It is truncated, then stale, then good, then good again.
+    // The file is truncated, then stale, then good, then good again.
     file.write("lods.fieldlod", &good[..100]);
     let mut app = app_in(file.folder());
     spawn_scene(&mut app, Some("lods.fieldlod"));
@@ -310,7 +310,8 @@ fn bark_and_leaves_change_levels_together() {
     };
     let baked = approach(LodOrigin::Baked);
     assert_eq!(approach(LodOrigin::Cache), baked);
-    // The bake of a file reads the material, which this app does not have.
+    // These levels may differ: the file has no material, but a bake at run time reads the default material of
+    // Bevy's loader.
     file.write("mesh.fieldlod", &ONE_TREE);
     assert_changes_together(&baked);
     assert_changes_together(&approach(LodOrigin::BesideAsset));

@@ -84,7 +84,7 @@ fn known(width: u32) -> Vec<u8> {
     )))
 }
 
-/// The source of the levels of cards with a texture, and all cache entries.
+/// The origin of the levels of cards with a texture, and all cache entries.
 fn baked(
     folder: &Path,
     texture: impl FnOnce(&mut App) -> Handle<Image>,
@@ -136,7 +136,7 @@ pub(crate) fn tree() -> GltfFile {
     file
 }
 
-/// The cache entries of both primitives of the tree.
+/// The cache entries of all primitives of a file, sorted.
 pub(crate) fn baked_entries(glb: &Path) -> Vec<Vec<u8>> {
     let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
     let primitives = outcome.file.primitives.into_iter();

@@ -32,7 +32,7 @@ fn despawn_in_any_phase_does_not_panic() {
     for phase in [Track, Prepare, Select, Filter] {
         for frames in 0..2 {
             let mut app = app_with(FieldLodTexturePlugin);
-            // The commands of both are applied together, the despawns first.
+            // The commands of `despawn_all` and of the phase are applied together, the despawns first.
             let despawn_all = despawn_all.before_ignore_deferred(phase);
             app.init_resource::<Doomed>()
                 .add_systems(PostUpdate, despawn_all);

@@ -17,11 +17,10 @@ fn source_is_drawn_until_levels_are_ready() {
     let camera = spawn_camera(&mut app, 30.0);
     let object = spawn_rock(&mut app, 6);
     let mut frames_in_full = 0;
-    run_until(&mut app, "the cut takes over", |app| {
-        app.update();
+    run_until(&mut app, "the cut is drawn", |app| {
         let in_full = visible(app, camera) == [object];
         frames_in_full += usize::from(in_full);
-        // In every frame, either the source or the cut is in the list.
+        // Either the source or the cut is in the list, never both.
         assert_eq!(in_full, progress(app).ready == 0);
         !in_full
     });

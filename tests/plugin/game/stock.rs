@@ -81,7 +81,7 @@ fn units_inherit_every_type_of_material() {
 #[derive(Component, Clone, PartialEq, Debug)]
 struct Outline(u8);
 
-/// Whether all units have this value of a component.
+/// Draws a frame. Returns whether all units have this value of a component.
 fn have_units<C: Component + Clone + PartialEq>(app: &mut App, expected: Option<&C>) -> bool {
     app.update();
     let units = units(app);
@@ -315,7 +315,7 @@ fn headless_app_prepares_meshes() {
     let mut app = minimal_app();
     let mesh = add(&mut app, rock(5, 1));
     app.world_mut().spawn((Mesh3d(mesh), AutoLod::default()));
-    // Without a projection, the camera draws full detail.
+    // Without a renderer, the camera has no size in pixels and is ignored.
     app.world_mut().spawn(Camera3d::default());
     ready(&mut app, 1);
 }

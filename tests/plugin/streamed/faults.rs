@@ -148,7 +148,7 @@ fn stalled_reader_blocks_no_frame() {
     let mut frames = 0;
     let file = "shelf://slow.fieldpages";
     move_camera(&mut app, camera, 2.5);
-    run_until(&mut app, "the log has it", |app| {
+    run_until(&mut app, "the warning is logged", |app| {
         assert_no_hole(app, camera);
         frames += 1;
         logged_times(Level::WARN, &[file, "could not read page"]) > 0

@@ -55,7 +55,7 @@ impl Shelf {
 
 impl AssetReader for Shelf {
     async fn read<'a>(&'a self, path: &'a Path) -> Result<impl Reader + 'a, AssetReaderError> {
-        // It blocks the thread, as a disk does.
+        // Blocks the thread, as a slow disk does.
         while self.0.stalls.load(Ordering::Acquire) {
             std::thread::sleep(Duration::from_millis(5));
         }

@@ -40,7 +40,7 @@ fn asset_folder_file_is_read_in_parts() {
     let (mut app, camera) = rock_in(folder.path(), "of-folder.fieldpages", &shelf);
     assert_eq!(drawn(&app, camera), drawn(&other, its_camera));
     assert_no_hole(&mut app, camera);
-    // The plugin compares the ends of both files.
+    // Of the file on the shelf, the plugin reads only the last 64 bytes, to compare them with the file in the folder.
     assert_eq!(shelf.bytes_read(), 64);
     // A truncated file is logged, and drawn again once it is whole.
     let file = std::fs::File::options().write(true).open(&path).unwrap();

@@ -248,7 +248,7 @@ fn offscreen_object_casts_shadow() {
 }
 
 #[test]
-fn each_cameras_cascades_have_its_cut() {
+fn cascades_have_cut_of_their_camera() {
     let mut app = app();
     let near = spawn_camera(&mut app, 4.0);
     let far = spawn_camera(&mut app, 60.0);

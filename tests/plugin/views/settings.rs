@@ -70,9 +70,9 @@ fn auto_lod_overrides_bake_settings() {
         let of = |unit: &Entity| app.world().get::<LodUnit>(*unit).unwrap().object == object;
         units.filter(of).count()
     };
-    let [large, small] = [default, fine].map(|object| count(&mut app, object));
-    assert!(large > 0 && small > 2 * large, "{large} {small}");
-    // Changed settings bake it again.
+    let [few, many] = [default, fine].map(|object| count(&mut app, object));
+    assert!(few > 0 && many > 2 * few, "{few} {many}");
+    // Changed settings bake the mesh again.
     let auto_lod = AutoLod {
         bake: Some(BakeConfig::fine_grained()),
         ..Default::default()
@@ -81,7 +81,7 @@ fn auto_lod_overrides_bake_settings() {
     app.update();
     ready(&mut app, 2);
     app.update();
-    assert_eq!(count(&mut app, default), small);
+    assert_eq!(count(&mut app, default), many);
     assert!(!visible(&app, camera).is_empty());
 }
 

@@ -17,7 +17,7 @@ fn texture_demand_follows_distance() {
     // 4π of area per unit of texture coordinates, at 720 / (2 tan 22.5°) / 100 pixels per unit of length.
     let expected = 720.0 / (2.0 * (std::f32::consts::FRAC_PI_8).tan()) / 100.0 * 12.57f32.sqrt();
     let ratio = detail.pixels_per_uv / expected;
-    // The bound is that of the nearest point of the sphere around the box.
+    // The detail is that at the nearest point of the bounding sphere, so it is larger.
     assert!((0.98..1.1).contains(&ratio), "{detail:?} {expected}");
 
     move_camera(&mut app, camera, 50.0);

@@ -69,7 +69,7 @@ pub(crate) fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
     mesh
 }
 
-/// Two hundred leaves around a ball: many loose pieces, as plants have.
+/// Two hundred leaves above a small ball: many loose pieces, as plants have.
 pub(crate) fn bush() -> Mesh {
     let leaf = Plane3d::default().mesh().size(0.12, 0.3).subdivisions(1);
     let mut bush = Sphere::new(0.1).mesh().build();

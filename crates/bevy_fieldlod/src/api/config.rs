@@ -7,8 +7,8 @@ use bevy::prelude::*;
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
 
-/// Settings of the whole app. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin). Changes do not
-/// affect meshes that are already prepared.
+/// Settings of the whole app. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin). Changed thresholds
+/// and bake settings do not affect meshes that are already prepared.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -36,18 +36,18 @@ pub struct FieldLodAppConfig {
     pub plain_below_triangles: u32,
     /// Meshes with at least this many triangles are drawn as units, each at its own level. Meshes between the two
     /// thresholds are drawn as whole meshes. A larger primitive that cannot keep the vertices where it meets other
-    /// primitives of its glTF mesh is a whole mesh, too.
+    /// primitives of its glTF mesh is a whole mesh, too. Skinned and morphed meshes are whole meshes at any size.
     pub clusters_from_triangles: u32,
     /// The folder that caches baked hierarchies between runs, keyed by the input of the bake; `None` caches nothing.
-    /// An unreadable entry is baked again. Only with the `bake` feature.
+    /// An unreadable entry is baked again. Without the `bake` feature, the folder is ignored.
     pub cache_folder: Option<PathBuf>,
     /// Whether meshes without a `.fieldlod` file and without a cache entry are baked at run time. A game that ships
     /// all files disables it; a mesh without a file then fails with
     /// [`LodError::BakeDisabled`](crate::LodError::BakeDisabled).
     pub bake_at_run_time: bool,
     /// Settings of bakes at run time, unless [`AutoLod::bake`](crate::AutoLod::bake) overrides them.
-    /// [`BakeConfig::fast`](crate::BakeConfig::fast) skips measuring the deviations that only
-    /// [`FieldLodCamera::guaranteed`](crate::FieldLodCamera::guaranteed) needs.
+    /// [`BakeConfig::fast`](crate::BakeConfig::fast) measures neither the deviations, which only
+    /// [`FieldLodCamera::guaranteed`](crate::FieldLodCamera::guaranteed) needs, nor the appearance of plants.
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: BakeConfig,
@@ -112,8 +112,8 @@ pub enum LodPriority {
     LoadingScreen,
 }
 
-/// Memory budgets of the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)). If views need more, the
-/// error thresholds of all views grow by small steps until the budgets suffice.
+/// Memory budgets of the meshes of `.fieldpages` files ([`LodMesh3d`](crate::LodMesh3d)). If views need more than
+/// [`gpu_bytes`](Self::gpu_bytes), the error thresholds of all views grow by small steps until the pages fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Reflect)]
 #[reflect(Clone, Default, PartialEq)]
 pub struct LodMemory {
@@ -171,15 +171,16 @@ pub enum LodKind {
     /// One entity draws the whole mesh at one level, so that Bevy batches instances of a level. All views draw the
     /// same level, the finest that any view needs.
     ///
-    /// A level has its own vertices, with attributes that are interpolated or copied from the source. It has fewer and
-    /// larger leaves. A material that moves vertices, such as wind, can read positions, normals, colours and texture
-    /// coordinates, but must not depend on vertex indices. If it needs every vertex of the source, use
-    /// [`Plain`](Self::Plain).
+    /// A level has its own vertices, with attributes that are interpolated or copied from the source. Levels of plants
+    /// have fewer and larger leaves. A material that moves vertices, such as wind, can read positions, normals, colours
+    /// and texture coordinates, but must not depend on vertex indices. If a material needs every vertex of the source,
+    /// use [`Plain`](Self::Plain).
     ///
     /// A bake at run time reads the `StandardMaterial` of the first entity with the mesh: the base colour, its texture
     /// and the alpha mode. It waits for the texture.
     WholeMesh,
-    /// Each unit of the surface is drawn at its own level, and each view draws its own cut.
+    /// Each unit of the surface is drawn at its own level, and each view draws its own cut. Skinned and morphed meshes
+    /// are drawn as whole meshes instead.
     Clusters,
 }
 

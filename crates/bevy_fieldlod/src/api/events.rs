@@ -12,7 +12,7 @@ use crate::api::config::LodKind;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Reflect)]
 #[reflect(Clone, PartialEq)]
 pub enum LodOrigin {
-    /// The file that [`AutoLod::baked`](crate::AutoLod::baked) names.
+    /// The file that [`AutoLod::baked`](crate::AutoLod::baked) or a [`LodMesh3d`](crate::LodMesh3d) names.
     File,
     /// A `.fieldlod` file beside the asset, or a chunk that the asset processor added to the asset.
     BesideAsset,
@@ -130,10 +130,10 @@ pub enum LodError {
         /// The `.fieldlod` file.
         file: String,
     },
-    /// The file could not be loaded. The asset server logs the cause.
+    /// The file could not be loaded. The log has the cause.
     #[error("{file} could not be loaded")]
     FileNotLoaded {
-        /// The `.fieldlod` file.
+        /// The `.fieldlod`, `.fieldpages` or glTF file.
         file: String,
     },
     /// The glTF file, which the bake of a character reads, is invalid.
@@ -147,7 +147,7 @@ pub enum LodError {
     /// The file does not contain the primitive.
     #[error("{file} has no primitive {primitive} of a mesh {mesh}")]
     NoPrimitive {
-        /// The `.fieldlod` file.
+        /// The `.fieldlod` or `.fieldpages` file.
         file: String,
         /// Index of the mesh.
         mesh: u32,

@@ -28,9 +28,9 @@ pub struct LodLevels<'w, 's> {
 }
 
 impl LodLevels<'_, '_> {
-    /// The finest and the coarsest level of `entity` in the last cut of `camera`, inside the image or outside. Both are
-    /// equal for a prop. `None` if the entity has no levels of detail, is hidden or is on another layer, or if the
-    /// camera draws nothing.
+    /// The finest and the coarsest level of `entity` in the last cut of `camera`, inside the image or outside. For a
+    /// prop, both are its level in all views. `None` if the entity has no levels of detail, is hidden or is on another
+    /// layer, or if the camera draws nothing.
     #[must_use]
     pub fn in_view(&self, entity: Entity, camera: Entity) -> Option<RangeInclusive<u32>> {
         let instance = self.scene.instance_of(entity)?;

@@ -29,10 +29,9 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen};
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodCamera {
     /// Thresholds, budget and other settings of the selection. [`LodSettings::forced_level`] of 0 draws the source
-    /// meshes instead of a cut. A prop has one level in all views, the finest that any view needs. If a view draws it,
-    /// it casts its shadow in all views. The plugin replaces [`AdvancedSettings::offscreen`] by
-    /// [`shadow_bias`](Self::shadow_bias), and [`LodSettings::visible_flux`] by
-    /// [`FieldLodVisibleFlux`](crate::FieldLodVisibleFlux).
+    /// meshes instead of a cut. A prop has one level in all views, the finest that any view needs, and casts the shadow
+    /// of this level. The plugin replaces [`AdvancedSettings::offscreen`] by [`shadow_bias`](Self::shadow_bias), and
+    /// [`LodSettings::visible_flux`] by [`FieldLodVisibleFlux`](crate::FieldLodVisibleFlux).
     #[deref]
     pub lod: LodSettings,
     /// Factor of the errors of objects outside the image and its margin, from 0 to 1. It applies while a light with
@@ -102,7 +101,7 @@ impl FieldLodCamera {
     }
 
     fn from_lod(lod: LodSettings) -> Self {
-        // By default, selection has no margin. A camera needs one: it may turn fast, and things beside the image cast shadows.
+        // By default, selection has no margin. A camera needs one for fast turns and for casters beside the image.
         let advanced = AdvancedSettings {
             offscreen_margin: 0.1,
             ..lod.advanced

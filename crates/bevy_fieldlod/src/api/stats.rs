@@ -5,7 +5,7 @@ use std::time::Duration;
 use bevy::prelude::*;
 
 /// Statistics of a camera's last selection, over all meshes with levels of detail on its layers. They count what
-/// was selected, before frustum culling. The plugin keeps them up to date on every camera.
+/// was selected, before frustum culling. The plugin keeps them up to date on every 3D camera.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodViewStats {
@@ -17,9 +17,9 @@ pub struct FieldLodViewStats {
     pub units_drawn: u32,
     /// The error threshold of the selection, in pixels; with a triangle budget, the threshold that fits the budget.
     pub error_px: f32,
-    /// CPU time of the selection.
+    /// Time that the selection took.
     pub selection_time: Duration,
-    /// Pieces of `.fieldpages` files that this camera would refine and that are not in memory.
+    /// Pieces of `.fieldpages` files that this camera needs and that are not in memory.
     pub missing_pieces: u32,
     /// The largest error, in pixels, of the coarser pieces that are drawn in place of the missing ones.
     pub missing_px: f32,

@@ -42,8 +42,8 @@ pub(crate) fn plugin(app: &mut App) {
                 .before(VisibilitySystems::VisibilityPropagate)
                 .before(VisibilitySystems::CalculateBounds),
             // Units are drawn in the frame in which they are spawned, so they are spawned after transforms have
-            // propagated and before culling. The renderer learns of their new meshes at `AssetEventSystems`; with a later
-            // spawn, the surface would have a hole for a frame.
+            // propagated and before culling. `AssetEventSystems` reports their new meshes to the renderer; with a
+            // later spawn, the surface would have a hole for a frame.
             (Select, Swap, Spawn)
                 .chain()
                 .before(AssetEventSystems)

@@ -201,7 +201,7 @@ impl MeshMaker<'_> {
 }
 
 impl StandaloneMeshes {
-    /// Stores the mesh of a primitive, or logs why it cannot be drawn.
+    /// Stores the mesh of a primitive or its error, and logs the error.
     pub(crate) fn insert(&mut self, wanted: &LodMesh3d, made: Result<StandaloneMesh, LodError>) {
         if let Err(error) = &made {
             error!("could not draw a LodMesh3d: {error}");
@@ -222,7 +222,7 @@ fn insert_meshes(
             continue;
         };
         let mut commands = commands.entity(entity);
-        // After a failure too: the entity waits again once the file is reloaded.
+        // After a failure too: the entity waits again once the loaded file is reloaded.
         commands.try_remove::<AwaitsFile>();
         match made {
             Ok(StandaloneMesh { source, lods }) => {

@@ -75,7 +75,7 @@ fn paint(
     let Ok(entity_ref) = world.get_entity(entity) else {
         return;
     };
-    // A game may insert a material on a painted entity; it would be drawn besides the debug material.
+    // A material that a game inserts on a painted entity would be drawn besides the debug material.
     let current = entity_ref.get::<MeshMaterial3d<LodDebugMaterial>>();
     let is_painted = current.is_some_and(|current| current.id() == material.id())
         && entity_ref.get::<MeshTag>() == Some(&tag)

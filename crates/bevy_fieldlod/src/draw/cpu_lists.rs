@@ -36,7 +36,7 @@ pub(crate) fn is_drawn(cut: &ViewCut, index: u32, record: &DrawRecord) -> bool {
     }
 }
 
-/// Removes the entities from every camera's list that its cut does not draw.
+/// Removes from every camera's list the entities that its cut does not draw.
 fn filter_visible_entities(
     mut cameras: Query<(&Camera, &mut VisibleEntities, &ViewCut)>,
     scene: Res<LodScene>,
@@ -48,7 +48,7 @@ fn filter_visible_entities(
     }
 }
 
-/// Removes the entities from a list that a cut does not draw.
+/// Removes from a list the entities that a cut does not draw.
 fn filter(entities: &mut Vec<Entity>, cut: &ViewCut, scene: &LodScene) {
     entities.retain(|&entity| {
         let record = scene.records.find(entity);
@@ -68,7 +68,7 @@ pub(crate) type ShadowCasters<'w, 's> = Query<
     ),
 >;
 
-/// Removes the entities from every shadow view's list that the cut of its camera does not draw.
+/// Removes from every shadow view's list the entities that the cut of its camera does not draw.
 fn filter_shadow_views(
     mut directional: Query<&mut CascadesVisibleEntities, With<DirectionalLight>>,
     mut point: Query<&mut CubemapVisibleEntities, With<PointLight>>,
@@ -100,7 +100,7 @@ fn filter_shadow_views(
 }
 
 /// The cut for the shadows of point and spot lights. The first choice is the camera with [`ShadowLodOrigin`], then a
-/// camera that draws to a window, then any camera. Bevy chooses the origin of its visibility ranges alike.
+/// camera that draws to a window, then any camera. Bevy chooses the origin of its visibility ranges in the same order.
 pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entity, &'a ViewCut)> {
     cameras
         .iter()

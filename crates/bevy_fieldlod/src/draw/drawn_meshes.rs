@@ -129,7 +129,7 @@ fn extract_changes(
                 others.meshes.remove(&entity);
             }
         }
-        // Bevy would never remove the instance of a despawned entity that is in the first list.
+        // Bevy would never remove the instance of a despawned entity that is in `to_extract`.
         if is_there {
             // Despite its name, Bevy reads the list in this frame. It is missing where the CPU builds instances, since
             // all entities are extracted in each frame there.

@@ -38,7 +38,7 @@ impl UploadQueue {
         let mut sent = Vec::with_capacity(meshes.len());
         for (handle, mesh) in meshes {
             if let Err(error) = assets.insert(&handle, mesh) {
-                error!("could not add the mesh of a unit: {error}");
+                error!("could not add the mesh of a level: {error}");
             }
             sent.push(handle);
         }

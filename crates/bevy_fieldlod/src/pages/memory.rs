@@ -35,7 +35,7 @@ pub struct FieldLodMemory {
     pub evicted_pages: u64,
     /// Total number of failed reads.
     pub failures: u64,
-    /// Factor of the error thresholds of views. It grows until the needed pages fit the budgets; 1 if all pages fit.
+    /// Factor of the error thresholds of views. It grows until the needed pages fit the GPU budget; 1 if all fit.
     pub coarsening: f32,
 }
 

@@ -28,7 +28,7 @@ use crate::scene::view_cut::{ViewCut, ViewState};
 /// thousands, pages that a view has left are read before those that it needs.
 const MAX_CONCURRENT_READS: usize = 32;
 /// Duration of a read after which it is logged. Disks take milliseconds, and network drives up to a second, so that a
-/// shorter duration logs healthy drives.
+/// shorter duration logs healthy drives. A longer one logs stalled drives late.
 const SLOW: Duration = Duration::from_secs(2);
 
 /// The streamed meshes, and their pages that are being loaded.

@@ -47,7 +47,7 @@ impl ChangingMeshes {
             }),
             None => return,
         };
-        // Changes while it waits do not make the wait longer.
+        // A change during the wait restarts the wait, but does not double it.
         if changing.changed_at.is_none() {
             changing.wait_frames = (changing.wait_frames * 2).min(MAX_WAIT_FRAMES);
         }
@@ -56,7 +56,7 @@ impl ChangingMeshes {
         if changing.changes == MANY_CHANGES {
             let name = asset_name(assets, mesh);
             info!(
-                "{name} changes every few frames; drawing the source mesh until it stays unchanged for {} \
+                "{name} keeps changing; drawing the source mesh until it stays unchanged for {} \
                  frames",
                 changing.wait_frames
             );

@@ -68,8 +68,8 @@ pub(super) struct InPreparation {
 /// Largest number of meshes in tasks, running or queued. With more, more copies of source meshes are in memory; with
 /// fewer than there are threads, threads are idle.
 const MOST_IN_PREPARATION: u32 = 64;
-/// Largest number of triangles in tasks. A bake needs some hundred bytes per triangle, so this bounds them to about a
-/// gigabyte. With fewer, large meshes wait for each other. A larger mesh is prepared alone.
+/// Largest number of triangles in tasks. A bake needs some hundred bytes per triangle, so all bakes need about a
+/// gigabyte at most. With fewer, large meshes wait for each other. A larger mesh is prepared alone.
 const MOST_TRIANGLES_IN_PREPARATION: u32 = 4_000_000;
 
 impl InPreparation {
@@ -156,7 +156,7 @@ impl LodMeshes {
         self.together.remove_source(mesh);
     }
 
-    /// The meshes with levels from `file`; with `only_failed`, those without any levels.
+    /// The meshes whose [`AutoLod`] names `file`; with `only_failed`, not those with levels or in preparation.
     pub(super) fn meshes_of_file(
         &self,
         file: AssetId<BakedLods>,
@@ -292,15 +292,16 @@ pub(super) struct LodMeshLookup<'w> {
 }
 
 impl LodMeshLookup<'_> {
-    /// Retries requests that could not be started in the last frame.
+    /// Updates the files that are not ready, and permits retries of requests that could not be started.
     pub(super) fn begin_frame(&mut self) {
         let known = &mut *self.known;
         known.unready_files = known.find_unready_files();
         known.not_started.clear();
     }
 
-    /// The entry of `mesh`; `None` if its preparation has not started. The first request with `may_start` starts a task
-    /// once all assets that it needs are loaded. A bake reads the materials that meshes have at that time.
+    /// The entry of `mesh`; `None` if its preparation has not started or its character is not ready. The first request
+    /// with `may_start` starts a task once all assets that it needs are loaded. A bake reads the materials that meshes
+    /// have at that time.
     pub(super) fn find(
         &mut self,
         mesh: AssetId<Mesh>,
@@ -321,7 +322,7 @@ impl LodMeshLookup<'_> {
         let index = self.find_or_start(mesh, &request, may_start, material_of)?;
         let known = &*self.known;
         let file = known.rigged.get(&mesh);
-        // Other primitives of the character are not ready: with its own level, this one would not fit them.
+        // A primitive with levels would not fit the primitives of its character that are not ready.
         let is_ready = file.is_none_or(|file| !known.unready_files.contains(file));
         is_ready.then(|| &known.entries[&mesh][index].1)
     }

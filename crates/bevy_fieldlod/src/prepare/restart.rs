@@ -82,7 +82,7 @@ fn restart_changed_meshes(
             AssetEvent::Modified { id } if restart.known.note_change(*id, &assets) => {
                 changed.push(*id);
             }
-            // The last handle was dropped, or a program has removed the asset from its entities.
+            // The last handle was dropped, or a program has removed the mesh from `Assets<Mesh>`.
             AssetEvent::Removed { id } => {
                 changed.extend(restart.known.has_entries(*id).then_some(*id));
                 restart.known.remove_source(*id);

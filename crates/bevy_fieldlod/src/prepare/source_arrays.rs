@@ -180,7 +180,7 @@ impl SourceArrays {
         // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
         let mut known: HashMap<[bool; 5], (Cow<Vertices>, SourceHash)> = HashMap::default();
         let of_mesh = attributes(&self.vertices);
-        // Equal primitives, such as the trunk of two trees, may have different levels: the one at the same place is first.
+        // Equal primitives, such as trunks of two trees, may have different levels: that of the same place is first.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
@@ -194,7 +194,7 @@ impl SourceArrays {
                 let hash = self.rig.add_to(vertices.source_hash(&self.indices));
                 (vertices, hash)
             });
-            // A matching file may still lack an attribute; another of its hierarchies may not.
+            // A matching hierarchy may lack an attribute that another hierarchy of the file has.
             if hierarchy.source == *hash {
                 match self.complete(hierarchy, vertices, file) {
                     Ok(complete) => return Ok(complete),
@@ -256,7 +256,8 @@ pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
     Some([mesh.parse().ok()?, primitive.parse().ok()?])
 }
 
-/// Largest number of primitives that are baked together. Each of them searches for the others.
+/// Largest number of primitives that are baked together. With more, searches take longer, since each primitive searches
+/// for all others; with fewer, more meshes may have cracks.
 const MOST_TOGETHER: usize = 64;
 
 /// The primitives of the glTF mesh of `mesh` that are baked together, in order. `None` for other meshes, for a single

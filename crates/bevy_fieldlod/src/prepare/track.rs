@@ -39,7 +39,8 @@ pub(crate) struct AutoLodLookup<'w, 's> {
 }
 
 impl AutoLodLookup<'_, '_> {
-    /// The nearest [`AutoLod`] above `entity` or on it, unless a [`NoLod`] is nearer.
+    /// The nearest [`AutoLod`] above `entity` or on it, unless a [`NoLod`] is as near or nearer. If there is
+    /// neither, the default with `whole_world`.
     pub(crate) fn find(&self, entity: Entity) -> Option<AutoLod> {
         let mut lineage = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
         match lineage.find_map(|ancestor| self.roots.get(ancestor).ok()) {

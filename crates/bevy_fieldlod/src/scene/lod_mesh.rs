@@ -1,4 +1,4 @@
-//! The levels of detail of mesh assets, and what the plugin keeps on the entities that share them.
+//! The levels of detail of mesh assets, and the components of the entities that share them.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -140,7 +140,7 @@ impl LodObject {
 
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
-        // Another kind of the other primitives gives other levels, even to a mesh that stays of its kind.
+        // Another requested kind may change the primitives that are baked together with this mesh, and so its levels.
         LodRequest::of(&self.auto_lod) == LodRequest::of(auto_lod)
     }
 }

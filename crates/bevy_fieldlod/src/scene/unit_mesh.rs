@@ -71,7 +71,7 @@ impl UnitMeshes {
         }
     }
 
-    /// The mesh of a unit; `None` if `source` has changed since the levels were prepared.
+    /// The mesh of a unit; `None` if `source` is unreadable or its number of vertices has changed.
     pub(crate) fn make(&self, source: &Mesh, unit: u32) -> Option<Mesh> {
         let first_held = self.hierarchy.source_vertex_count;
         if source.try_attribute(Mesh::ATTRIBUTE_POSITION).ok()?.len() != first_held as usize {

@@ -13,7 +13,7 @@ pub(crate) struct ViewCut {
     /// The view of the last selection.
     pub(crate) view: Option<View>,
     /// The inputs of this frame's selection; `None` if the view selects nothing. Systems in
-    /// `SelectSteps::Adjust` may change the settings.
+    /// `SelectSteps::Adjust` may change the inputs.
     pub(crate) wanted: Option<(View, LodSettings)>,
     pub(crate) state: ViewState,
     /// How many units and whole meshes the cut consists of.

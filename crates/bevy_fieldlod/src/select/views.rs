@@ -50,11 +50,11 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             PostUpdate,
             (
-                // Before the phase that selects: the cut is a new component.
+                // In an earlier phase: a command inserts the cut, and must be applied before selection.
                 add_view_cuts
                     .run_if(any_match_filter::<NewViews>)
                     .in_set(FieldLodSystems::Prepare),
-                // Views are prepared last, because they update the scene.
+                // `prepare_views` is last: it updates the bounds of the scene after all changes.
                 (
                     add_instances.run_if(any_new),
                     move_instances,

@@ -1,4 +1,4 @@
-//! Visible flux: selection scales the errors of an object by its visible share, for cameras that enable it.
+//! Visible flux: selection weighs the errors of an object by its visible share, for cameras that enable it.
 //!
 //! In: opaque [`StandardMaterial`]s of objects. Out: occluders in the scene, and the settings of views.
 
@@ -15,7 +15,7 @@ use crate::select::views::SelectSteps;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodVisibleFluxPlugin;
 
-/// Scales the errors of an object by its share that is visible to this camera. Insert it on the camera.
+/// Weighs the errors of an object by the square root of its share that this camera sees. Insert it on the camera.
 ///
 /// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes about a millisecond
 /// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders.

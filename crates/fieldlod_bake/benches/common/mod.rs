@@ -9,7 +9,7 @@ pub(crate) fn models() -> Vec<(String, SourceMesh)> {
     let Some(folder) = std::env::var_os("FIELDLOD_MODELS") else {
         return Vec::new();
     };
-    let entries = std::fs::read_dir(folder).expect("FIELDLOD_MODELS names a folder");
+    let entries = std::fs::read_dir(folder).expect("could not read the folder FIELDLOD_MODELS");
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     let largest = |path: &Path| {

@@ -53,7 +53,7 @@ impl Part<'_> {
         targets.fold(joints, |hash, target| hash.with_morph_target(target))
     }
 
-    /// Whether each triangle has its own vertices, in order. Triangles then share no normals.
+    /// Returns `true` if each triangle has its own vertices, in order. Triangles then share no normals.
     pub(super) fn has_flat_triangles(&self) -> bool {
         let indices = self.primitive.mesh.indices.iter().copied();
         indices.eq(0..self.vertices.len() as u32)

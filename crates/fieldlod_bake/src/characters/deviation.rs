@@ -13,22 +13,22 @@ use super::poses::Pose;
 use crate::mesh::triangle_tree::triangle::Triangle;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Number of samples on the whole source, without corners. It determines the spacing of samples on all levels. With half
-/// as many, CesiumMan has 3 % more triangles at equal deviation; with twice as many, all characters have 1 % fewer, and
-/// bakes and measurements take 1.6 times as long.
+/// Determines the spacing of samples on all levels: about this many on the source, without corners, but at least one
+/// per triangle. With half as many, CesiumMan has 3 % more triangles at equal deviation; with twice as many, all
+/// characters have 1 % fewer, and bakes and measurements take 1.6 times as long.
 const SAMPLES: f32 = 4096.0;
 /// The largest number of sample rows on one triangle. It limits the time that a large triangle takes. With 6, CesiumMan
 /// has 4 % more triangles at equal deviation; with 24, no character has fewer.
 const MOST_ROWS: u32 = 12;
-/// Searches end early at distances below this share of the largest. The distances of components are then upper bounds,
-/// by which small components keep their triangles. With 0, BrainStem loses its coarsest level of 1,156 triangles; other
-/// levels and times stay equal. With half or double, the other characters have equal levels.
+/// Searches end early at distances below this share of the largest. The distances of components, which decide whether a
+/// small component keeps its triangles, are then upper bounds. With 0, BrainStem loses its coarsest level of 1,156
+/// triangles; other levels and times stay equal. With half or double, the other characters have equal levels.
 const IGNORED: f32 = 0.25;
 /// Bounds below this share of the largest squared distance cannot raise it. Larger shares are within rounding errors.
 const ROUNDING: f32 = 0.99;
 /// A triangle is a needle if the squared sine of the angle at its first corner is smaller: its area is mostly rounding.
 const NEEDLE: f32 = 1e-9;
-/// One sample in this many counts in the mean, whose searches cannot end early. Searches of the same samples also do not
+/// The mean uses one sample in this many, because its searches cannot end early. Other searches of these samples do not
 /// stop at [`IGNORED`], so that small components have some exact distances. With 4, bakes and measurements take 8 %
 /// longer; with 16, 8 % less time, but the mean has fewer samples. Levels are equal.
 const MEAN_STEP: usize = 8;
@@ -126,7 +126,7 @@ pub(super) fn mean_distances(
 }
 
 /// Measures levels. `group` has the group of each vertex. If `is_exact`, all searches are exact, but only one sample in
-/// [`MEAN_STEP`] is searched. Otherwise, searches end early at distances that do not raise the largest of their group.
+/// [`MEAN_STEP`] is searched. Otherwise, searches end early at the largest distance of their group, or at [`IGNORED`].
 fn measure(
     character: &Character<'_>,
     poses: &[Pose],
@@ -190,12 +190,12 @@ fn spacing(character: &Character<'_>) -> f32 {
     (character.area() / SAMPLES).sqrt()
 }
 
-/// The result of a search in the previous pose.
+/// The result of a sample's last search.
 type Near = Option<(NearestTriangle, Sample)>;
 
 struct Measured {
     surface: Surface,
-    /// For each sample, the nearest place in the last pose in which it was searched.
+    /// For each sample, the place that its last search found.
     from_source: Vec<Near>,
     from_level: Vec<Near>,
     /// The largest distance of each group.
@@ -299,7 +299,7 @@ fn samples_of(triangles: &[[u32; 3]], positions: &[Vec3], spacing: f32) -> Vec<S
                 samples.push(Sample { corners, weights });
             }
         }
-        // Rows divide the triangle into rows² small triangles. The sample is the centre of each upright one.
+        // Rows divide the triangle into rows² small triangles. The centre of each upright one is a sample.
         for row in 0..rows {
             for column in 0..rows - row {
                 let x = (row as f32 + 1.0 / 3.0) / rows as f32;

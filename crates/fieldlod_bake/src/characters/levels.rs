@@ -16,7 +16,7 @@ use crate::report::BakeReport;
 /// A guarantee is this many times the largest deviation in the training poses. Held-out clips deviated up to 1.47 times
 /// as far. Smaller margins are exceeded; larger margins keep finer levels for longer than needed.
 const POSE_MARGIN: f32 = 1.5;
-/// The coarsest level has at least this many triangles. Fewer show no limbs.
+/// Smallest number of triangles to simplify to. Fewer show no limbs.
 const FEWEST_TRIANGLES: usize = 24;
 /// The error of a level relative to the root mean square of its distances. The errors that the simplifier reports for
 /// static meshes are 4 to 5 times the root mean square of their distances. Characters and props therefore change levels

@@ -7,13 +7,14 @@ use crate::import::rig::ancestors;
 use crate::import::{Channel, Clip, Import, Node, Property};
 use crate::mesh::MAX_COORDINATE;
 
-/// Poses chosen from clips. With 8, characters have 6 % more triangles at equal deviation, and held-out clips reach
-/// 0.82 instead of 0.73 of the stated deviation. With 32, triangles rise by 1 %, and bakes take a third longer.
+/// Poses chosen from clips, or from bent joints if there are no clips. With 8, characters have 6 % more triangles at
+/// equal deviation, and held-out clips reach 0.82 instead of 0.73 of the stated deviation. With 32, triangles rise by
+/// 1 %, and bakes take a third longer.
 const CHOSEN: usize = 16;
-/// Poses of all clips to choose from. Bounds the memory for files with thousands of clips.
+/// Poses of all clips to choose from, but at least one for each clip. Bounds the memory for files with many clips.
 const MOST_CANDIDATES: usize = 1 << 12;
-/// Poses of one clip to choose from. With 16, 32 or 128, skinned characters' triangles at equal deviation change by at
-/// most 3 %.
+/// Keyframes of one clip to choose from. With 16, 32 or 128, skinned characters' triangles at equal deviation change by
+/// at most 3 %.
 const MOST_OF_CLIP: usize = 64;
 /// Instances of a character that are posed with their own morph weights. Bounds the time for damaged files.
 const MOST_INSTANCES: usize = 16;
@@ -24,8 +25,9 @@ const COMPARED_VERTICES: usize = 256;
 /// move little area. With 16 joints, held-out clips deviated up to 7.5 times as far as stated. With 32 or 128, the
 /// characters of the lab's record keep their levels.
 const MOST_BENT: usize = 64;
-/// Angle by which joints are bent without clips, about each axis in both directions. At half of it, a clip of the fox
-/// deviates 1.07 times as far as stated, instead of 0.75 times. At double the angle, guarantees are up to 25 % larger.
+/// Angle in radians by which joints are bent without clips, about each axis in both directions. At half of it, a clip
+/// of the fox deviates 1.07 times as far as stated, instead of 0.75 times. At double the angle, guarantees are up to
+/// 25 % larger.
 const BEND: f32 = 1.3;
 /// Angle by which joints are bent if there are clips, which show larger bends. Without bent joints, a held-out clip of
 /// CesiumMan deviates 1.15 times as far as stated. At half the angle, it is 1.00 times. At double the angle, the
@@ -108,7 +110,7 @@ pub(super) struct Training {
 }
 
 impl Training {
-    /// The bind pose, poses of clips, each morph target, and each joint bent.
+    /// The bind pose, the rest pose, poses of clips, each morph target, and each joint bent.
     pub(super) fn of(character: &Character<'_>, import: &Import) -> Self {
         let of_clips = clip_poses(character, import, &import.clips);
         let angle = if of_clips.is_empty() {
@@ -246,7 +248,7 @@ struct Rig<'a> {
     joints: &'a [u32],
     /// The joints and their ancestors, parents first.
     order: Vec<u32>,
-    /// For each node in `order`, its index there.
+    /// For each node of the file, its index in `order`, or 0.
     slots: Vec<usize>,
     /// For each part, the nodes that draw its mesh.
     drawn_by: Vec<Vec<u32>>,

@@ -1,7 +1,8 @@
 //! Simplification of a whole character with respect to its poses.
 //!
 //! The components of the posed positions are vertex attributes. The simplifier charges the area times the squared
-//! change of an attribute. With P poses, N triangles to keep, and the area A in squares of the extent, their weight is
+//! change of an attribute. With strength k, P poses, N triangles to keep, and the area A in squares of the extent, the
+//! weight of the components is
 //! ```text
 //! k / (extent √P) · √(N / 6A)
 //! ```
@@ -26,7 +27,7 @@ use crate::mesh::{SourceMesh, adapter};
 pub(super) struct Simplifier<'a> {
     character: &'a Character<'a>,
     vertices: LevelVertices,
-    /// For each first vertex, the vertices of flat triangles that are welded to it.
+    /// For each vertex to which vertices of flat triangles are welded, these vertices.
     flat_vertices: FxHashMap<u32, Vec<u32>>,
     /// Protects the vertices where parts meet. Otherwise triangles would span two parts.
     between_parts: Vec<SimplifyVertex>,
@@ -41,7 +42,7 @@ impl<'a> Simplifier<'a> {
     pub(super) fn of(character: &'a Character<'a>, poses: &[Pose]) -> Self {
         let surfaces = Surfaces::of(character.parts.iter().map(|part| &part.primitive.mesh));
         let mut mesh = character.mesh.clone();
-        // Welding lets the simplifier see triangles with own vertices as one surface.
+        // Welding connects triangles that have their own vertices.
         let first = welded(character);
         smooth_normals(character, &mut mesh, &first);
         let topology = Topology::of(&mesh, &surfaces);
@@ -209,8 +210,8 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
     (1..=count).map(|k| level(ratio.powi(k as i32))).collect()
 }
 
-/// For each vertex, the first vertex with the same attributes and rig. Normals are ignored if every triangle has its
-/// own vertices, because they are then the normals of the triangles.
+/// For each vertex, the first vertex of its part with the same attributes and rig. Tangents are ignored. Normals are
+/// ignored if every triangle has its own vertices, because they are then the normals of the triangles.
 fn welded(character: &Character<'_>) -> Vec<u32> {
     let mesh = &character.mesh;
     let mut firsts: FxHashMap<Vec<u8>, u32> = FxHashMap::default();
@@ -218,7 +219,7 @@ fn welded(character: &Character<'_>) -> Vec<u32> {
     for (number, part) in (0..).zip(&character.parts) {
         let is_flat = part.has_flat_triangles();
         for (own, vertex) in part.range().enumerate() {
-            // All vertices of a part have the same attributes, so keys need no separators.
+            // All keys of a part have the same layout, so they need no separators.
             let mut key: Vec<u8> = bytemuck::bytes_of::<u32>(&number).to_vec();
             let normal = mesh.normals.get(vertex).filter(|_| !is_flat);
             add(&mut key, mesh.positions.get(vertex));

@@ -133,7 +133,7 @@ fn poses(character: &Character<'_>, import: &Import) -> Vec<Pose> {
     poses
 }
 
-/// Bounds and lengths of all groups, as bits.
+/// Bounds, errors and deviations of all groups, as bits.
 fn stated(hierarchy: &Hierarchy) -> impl Iterator<Item = [u32; 7]> + '_ {
     hierarchy.groups.iter().map(|group| {
         let [x, y, z] = group.bounds.center.to_array();

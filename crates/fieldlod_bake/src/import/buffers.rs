@@ -12,7 +12,7 @@ use super::ReadBeside;
 use super::error::{BufferFault, ImportError};
 use super::meshopt_views;
 
-/// Characters of a URI in a message. Data URIs may have megabytes.
+/// Largest number of characters of a URI in a message. The length of a URI is not limited.
 const MOST_SHOWN: usize = 120;
 
 /// The bytes of all buffer views.
@@ -99,7 +99,7 @@ fn load_one(
     Ok(bytes)
 }
 
-/// The bytes of a data URI or of a file `beside`.
+/// The bytes of a data URI, or of a file that `beside` reads.
 pub(super) fn read_uri(uri: &str, beside: &ReadBeside<'_>) -> Result<Vec<u8>, BufferFault> {
     match data_of(uri) {
         Some(data) => decode_data_uri(data),

@@ -149,10 +149,10 @@ pub(super) fn parse(mut json: Value) -> Result<Document, ImportError> {
     {
         return Err(ImportError::Extension(one_line(name)));
     }
-    // The gltf crate would reject extensions, depending on its features. Other crates may enable these.
+    // The gltf crate rejects required extensions, depending on features that other crates may enable.
     root.extensions_required.clear();
-    // Validation by the gltf crate, which all later indexing relies on.
     check_positions_exist(&root)?;
+    // The gltf crate validates all indices. Later indexing relies on this.
     Document::from_json(root).map_err(|error| match error {
         gltf::Error::Validation(faults) => ImportError::Invalid(describe(&faults)),
         error => invalid(&error),
@@ -163,7 +163,7 @@ fn invalid(error: &dyn std::fmt::Display) -> ImportError {
     ImportError::Invalid(one_line(&error.to_string()))
 }
 
-/// Removes animations, which the gltf crate rejects with some extensions. They are read separately. A texture without
+/// Removes animations, because the gltf crate rejects some of their extensions; [`read`] keeps them. A texture without
 /// `source` gets the image of an extension, or an empty image.
 fn drop_unread_parts(json: &mut Value) {
     if let Some(json) = json.as_object_mut() {

@@ -55,7 +55,7 @@ pub enum SkipReason {
     reason = "the fields are named by each variant's message"
 )]
 pub enum PrimitiveFault {
-    /// An accessor points outside its buffer or has an unusable type.
+    /// An accessor could not be read.
     #[error("{attribute}: {fault}")]
     Accessor {
         attribute: &'static str,
@@ -100,7 +100,7 @@ pub enum ImportError {
         needed: u64,
         available: u64,
     },
-    /// The file has another version than 2.
+    /// The glTF version is not 2.
     #[error("glTF version {found}, but only version 2 can be read")]
     Version { found: String },
     /// The JSON is broken, or breaks the glTF schema.
@@ -160,8 +160,8 @@ pub enum BufferFault {
     /// The data URI is invalid.
     #[error("its data URI could not be decoded: {0}")]
     DataUri(String),
-    /// The buffer is the binary chunk of a GLB, which has none.
-    #[error("the GLB has no binary chunk")]
+    /// The buffer has no URI, and the file has no binary chunk.
+    #[error("it has no URI, and the file has no binary chunk")]
     NoBinaryChunk,
     /// There are fewer bytes than the JSON states.
     #[error("truncated: {available} of {needed} bytes")]

@@ -16,15 +16,15 @@ pub(super) enum Attribute {
 /// Formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Formats {
-    /// The formats of glTF without extensions that Bevy reads.
+    /// The formats of plain glTF that Bevy reads.
     AsBevy,
     /// The formats of `KHR_mesh_quantization` as well.
     Quantized,
 }
 
 impl Formats {
-    /// The formats of a primitive with these positions. `None` if no extension allows the positions. Bevy reads
-    /// primitives with plain positions, so their other attributes are read exactly as Bevy reads them.
+    /// The formats of a primitive with these positions. `None` if neither glTF nor the extension allows their format.
+    /// Bevy reads primitives with plain positions, so their other attributes are read exactly as Bevy reads them.
     pub(super) fn of_positions(positions: &Accessor<'_>) -> Option<Self> {
         let all = [Self::AsBevy, Self::Quantized];
         all.into_iter()

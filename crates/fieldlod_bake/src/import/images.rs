@@ -17,13 +17,13 @@ use super::buffers::{Buffers, data_of, read_uri};
 /// The largest side of a decoded image, in texels. 8,192² texels take a quarter of a gigabyte; larger images could use
 /// up the memory of a build server.
 const MOST_SIDE: u32 = 8_192;
-/// Further memory of a decoder, in bytes. Bounds what a damaged file can claim.
+/// Memory of the PNG decoder besides the texels, in bytes. Bounds what a damaged file can claim.
 const MOST_BYTES: usize = 1 << 28;
 
-/// An image that could not be read. Surfaces with it count as unknown.
+/// An image that could not be read. Primitives with it have no surface.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnreadImage {
-    /// Index of the image in the file, if there is one.
+    /// Index of the image in the file. The number of images if a texture has no image.
     pub image: Option<u32>,
     /// The name of the image or of its file, or an empty string.
     pub name: String,
@@ -48,8 +48,8 @@ impl fmt::Display for UnreadImage {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImageFault {
-    /// The source of the image is in an unsupported extension.
-    #[error("its source is in an unsupported extension")]
+    /// The image has no source, or an unsupported extension holds it.
+    #[error("its source is missing or in an unsupported extension")]
     Missing,
     /// The bytes of the image could not be read.
     #[error("{0}")]

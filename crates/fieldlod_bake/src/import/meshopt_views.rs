@@ -13,8 +13,8 @@ use thiserror::Error;
 /// The names of the extension.
 pub(super) const EXTENSIONS: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Largest number of decoded bytes of all views of a file: 1,024 for each byte of its buffers, and 16 MiB. Otherwise a
-/// file of a few kilobytes could claim gigabytes.
+/// Largest number of decoded bytes of all views of a file: 1,024 for each byte of its buffers, plus 16 MiB. Otherwise
+/// a file of a few kilobytes could claim gigabytes.
 pub(super) fn allowance(buffers: &[Vec<u8>]) -> usize {
     let bytes: usize = buffers.iter().map(Vec::len).sum();
     bytes.saturating_mul(1 << 10).saturating_add(1 << 24)
@@ -28,7 +28,7 @@ pub(super) fn allowance(buffers: &[Vec<u8>]) -> usize {
     reason = "the fields are named by each variant's message"
 )]
 pub enum PackedViewFault {
-    /// A property is missing or out of the range that the extension allows.
+    /// A property is missing, out of range, or claims too many bytes.
     #[error("its {property} is missing or out of range")]
     Property { property: &'static str },
     /// The compressed bytes end outside their buffer.

@@ -52,7 +52,7 @@ use crate::mesh::SourceMesh;
 use buffers::Buffers;
 use material::Materials;
 
-/// Reads a file beside a glTF file, by its name. Names may contain `..` and absolute paths.
+/// Reads a file beside a glTF file, by its name. Names may contain `..` or be absolute paths.
 pub(crate) type ReadBeside<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + Sync + 'a;
 
 /// The contents of a file that a bake uses.

@@ -39,7 +39,7 @@ pub(super) fn read(
     let positions = primitive.get(&Semantic::Positions);
     let vertex_count = positions.map_or(0, |positions| positions.count());
     let corners = corners(primitive, buffers, vertex_count)?;
-    // Many primitives share one vertex buffer. Reading all of it for each would take time and memory for each.
+    // Many primitives may share one vertex buffer, so each reads only its own vertices.
     let used = corners.as_deref();
     let used = used.and_then(|corners| used_of(corners, vertex_count));
     let vertices = VertexReader {
@@ -62,7 +62,7 @@ pub(super) fn read(
     if !needs_normals(&mesh, primitive.mode()) {
         return Ok((mesh, rig));
     }
-    // The new vertices are the old corners, so joints and weights are copied in the same order.
+    // The new vertices are the old corners, so the rig is copied in the same order.
     let rig = rig.map(|rig| rig.at(&mesh.indices));
     Ok((mesh.without_shared_vertices(), rig))
 }

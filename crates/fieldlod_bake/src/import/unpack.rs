@@ -138,8 +138,8 @@ fn quantized_attributes(document: &Document) -> BTreeSet<usize> {
         // All deltas have the format of positions, also those of tangents.
         let targets = targets.flatten().map(|delta| (delta, Attribute::Position));
         let all = attributes.chain(targets);
-        let read = all.filter(|(accessor, attribute)| !Formats::AsBevy.allow(*attribute, accessor));
-        quantized.extend(read.map(|(accessor, _)| accessor.index()));
+        let own = all.filter(|(accessor, attribute)| !Formats::AsBevy.allow(*attribute, accessor));
+        quantized.extend(own.map(|(accessor, _)| accessor.index()));
     }
     quantized
 }

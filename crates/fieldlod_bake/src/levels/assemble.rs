@@ -31,7 +31,7 @@ struct FinishedUnit {
 fn finish_group(positions: &[Vec3], group: &RawGroup) -> FinishedGroup {
     let finished = group.units.iter().map(|unit| finish_unit(positions, unit));
     let units: Vec<FinishedUnit> = finished.collect();
-    // Bounds enclose the consumed geometry and the result of the simplification: one decision replaces one by the other.
+    // Bounds enclose the geometry before and after simplification: one decision replaces one by the other.
     let vertices = units.iter().flat_map(|unit| &unit.vertices).copied();
     let vertices = vertices.chain(group.made.clone());
     let points: Vec<Vec3> = vertices.map(|v| positions[v as usize]).collect();
@@ -93,7 +93,7 @@ struct VertexList {
 }
 
 impl VertexList {
-    /// Index of a vertex in the unit. Units always have fewer vertices than 16-bit indices allow.
+    /// Index of a vertex in the unit. Units never have more vertices than 16-bit indices allow.
     fn slot_of(&mut self, vertex: u32) -> u16 {
         let next = self.vertices.len() as u16;
         let slot = *self.slots.entry(vertex).or_insert(next);

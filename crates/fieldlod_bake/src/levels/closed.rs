@@ -8,7 +8,7 @@ use crate::mesh::edges::Links;
 
 impl Task<'_> {
     /// Restores the components that a simplification opens. In a group of many parts, the other parts stay simplified.
-    /// Returns `None` if more than the share `ratio` of the triangles is left.
+    /// Returns `None` if more than the share `ratio` of the triangles is left, or if an edge is still opened.
     pub(crate) fn restore_opened(
         &self,
         mut simplified: Simplified,
@@ -36,7 +36,7 @@ impl Task<'_> {
                 self.restore(&mut simplified, component);
             }
         }
-        // A component has own vertices, so a triangle belongs to a restored component if its first corner does.
+        // Components share no vertices, so a triangle belongs to a restored component if its first corner does.
         let simplified_triangles = simplified.corners.as_chunks::<3>().0.iter();
         let others = simplified_triangles.filter(|[own, ..]| !is_restored[*own as usize]);
         corners.extend(others.flatten());
@@ -51,8 +51,8 @@ impl Task<'_> {
         self.opened_positions(simplified).is_empty()
     }
 
-    /// The first own vertex at each position where open edges change other than on borders of the source, or on borders
-    /// that other groups share.
+    /// The first own vertex at each position where open edges change, except on borders of the source. Changed borders
+    /// that other groups share are included.
     fn opened_positions(&self, simplified: &Simplified) -> Vec<u32> {
         let welded = |&own: &u32| self.same_position[own as usize];
         let is_border = |own: u32| {
@@ -72,7 +72,7 @@ impl Task<'_> {
         opened
     }
 
-    /// Ends of edges between shared vertices on a border of the source that change. Other groups may use these edges.
+    /// Ends of changed edges between locked vertices on a border of the source. Other groups may use these edges.
     fn changed_shared_borders(
         &self,
         simplified: &Simplified,
@@ -92,7 +92,7 @@ impl Task<'_> {
                 }
             }
         }
-        // The order of the map does not matter: callers only set flags, or ask whether the list is empty.
+        // The order of the map does not matter: callers only set flags, or check whether the list is empty.
         let changed = balance.into_iter().filter(|(_, balance)| *balance != 0);
         changed.flat_map(|((from, to), _)| [from, to]).collect()
     }
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// One triangle of a part of a machine is removed. Without its restoration, the group keeps all triangles.
+    /// One triangle of a part of a machine is removed. Only this part is restored; the other parts stay simplified.
     #[test]
     fn opened_part_does_not_block_others() {
         let mesh = fixtures::machine(2);

@@ -74,13 +74,12 @@ fn build_groups(mesh: &SourceMesh, vertices: &LevelVertices, config: &BakeConfig
             }
         }
         is_simplified.push(false);
-        // Errors must not shrink towards coarser groups: a cut could draw two levels of the same surface.
+        // Errors must not shrink towards coarser groups. Otherwise, a cut could draw two levels of the same surface.
         let own = (group.simplified.error * vertices.local_from_scaled).min(f32::MAX);
         let finer = groups.finer_of(&clusters).map(|finer| finer.error_in_local);
         let error_in_local = finer.fold(own.max(0.0), f32::max);
         groups.add(clusters, error_in_local, f32::INFINITY, 0..0) as i32
     });
-    // A group that was not simplified is terminal.
     let groups_and_ends = groups.0.iter_mut().zip(is_simplified);
     for (group, _) in groups_and_ends.filter(|(_, is_simplified)| !is_simplified) {
         group.error_in_local = f32::INFINITY;

@@ -13,13 +13,13 @@ use crate::mesh::adapter;
 /// threads, so that clusters are the same on all machines.
 const TRIANGLES_AT_ONCE: usize = 1 << 16;
 
-/// Weight of full clusters against small bounding boxes, as in clusterlod.
+/// Weight of full clusters against small bounding boxes, as in clusterlod's configuration for ray tracing.
 const FILL_WEIGHT: f32 = 0.5;
 
 /// A sample on the source.
 #[derive(Clone, Copy)]
 pub(crate) struct Sample {
-    /// Position in scaled units.
+    /// Position in scaled units, minus the offset of `SourceSurface`.
     pub(crate) point: Vec3,
     /// Corners of the source triangle that contains it.
     pub(crate) triangle: [u32; 3],

@@ -7,8 +7,8 @@ use fieldlod_hierarchy::NO_GROUP;
 
 use crate::levels::clusters::Cluster;
 
-/// Limit for the clusters of a unit: a cluster has at most 256 vertices, and a unit has 16-bit indices. Twice as many
-/// clusters could have 65,536 vertices, and this count does not fit in 16 bits.
+/// Limit for the clusters of a unit, which backs of two-sided sheets may double. A cluster has at most 256 vertices, so
+/// a unit has at most 65,536, and 16-bit indices suffice.
 const MAX_CLUSTERS_IN_UNIT: usize = 128;
 
 /// A group with its units and the error of its simplification.
@@ -16,7 +16,7 @@ pub(crate) struct RawGroup {
     pub(crate) level: u32,
     /// At least the error of each finer group; infinite for a terminal group.
     pub(crate) error_in_local: f32,
-    /// At least the deviation of each finer group; infinite if deviations are not measured.
+    /// At least the deviation of each finer group; infinite for a terminal group, or if deviations are not measured.
     pub(crate) deviation_in_local: f32,
     pub(crate) units: Vec<RawUnit>,
     /// Vertices that the group's simplification created.

@@ -91,7 +91,7 @@ impl SimplifiedGroup {
     fn add_vertices(&self, vertices: &mut LevelVertices) -> Vec<u32> {
         let width = vertices.layout.width();
         let mut to_all = vec![NONE; self.piece.vertices.len()];
-        // For each old position, the first moved vertex. The index is the first own vertex at the position.
+        // The first vertex that moved away from each position, by the first own vertex at this position.
         let mut first_at = vec![NONE; self.piece.vertices.len()];
         for &own in self.clusters.iter().flat_map(|(corners, _)| corners) {
             let own = own as usize;

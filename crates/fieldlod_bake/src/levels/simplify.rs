@@ -11,8 +11,8 @@ use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::adapter;
 use crate::mesh::components::{Component, components_of};
 
-/// Groups with at most this many triangles never use `Sloppy`, which opens closed surfaces. A coarsest level of this
-/// size is small enough, see [`BakeReport::MOST_COARSEST`](crate::BakeReport::MOST_COARSEST).
+/// Groups with at most this many triangles never use `Sloppy`, which has the largest visible loss. A coarsest level of
+/// this size is small enough, see [`BakeReport::MOST_COARSEST`](crate::BakeReport::MOST_COARSEST).
 const SLOPPY_ABOVE_TRIANGLES: usize = 512;
 /// The simplifier returns unmoved vertices with rounding errors of up to this, in scaled units.
 const ROUNDING: f32 = 1e-6;
@@ -111,7 +111,7 @@ impl Task<'_> {
             .chain(last_resort.filter_map(closed))
     }
 
-    /// Tries one method. Returns `None` if too many triangles are left.
+    /// Tries one method. Returns `None` if the method does not apply, or leaves too many or too few triangles.
     fn attempt(&self, method: Method, ratio: f32) -> Option<Simplified> {
         let triangles = self.piece.triangle_count();
         if method == Method::Sloppy && triangles <= SLOPPY_ABOVE_TRIANGLES {
@@ -324,7 +324,7 @@ impl Task<'_> {
             }
             let before = self.vertices.row(self.piece.vertices[own]);
             let row = &mut simplified.rows[own * width..][..width];
-            // Already marked by an earlier triangle, or fitted to its element.
+            // Already marked by an earlier triangle.
             if simplified.is_new[own] {
                 continue;
             }

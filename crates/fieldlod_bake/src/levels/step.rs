@@ -27,7 +27,7 @@ pub(crate) struct LevelStep<'a> {
     pub(crate) groups: &'a Groups,
     /// Clusters of each group.
     pub(crate) parts: &'a [Vec<Cluster>],
-    /// For the first vertex at each position, whether several groups use that position.
+    /// For the first vertex at each position, whether it must stay: it is kept, or several groups use its position.
     pub(crate) is_shared: Vec<bool>,
     pub(crate) plant: PlantLevel<'a>,
 }
@@ -62,13 +62,12 @@ impl LevelStep<'_> {
     fn simplify_group(&self, part: &[Cluster]) -> Option<SimplifiedGroup> {
         let finer = self.finer_of(part);
         let task = self.task(part);
-        // Attempts come best first. Later ones are computed only if no earlier one is accepted.
+        // Attempts come best first. After the first two, each is computed only if no earlier attempt is accepted.
         let mut attempts = task.attempts();
         let (simplified, clusters, measured) =
             attempts.find_map(|attempt| self.accept(&task, part, attempt, finer))?;
         // End the borrow of `task`: its parts are moved below.
         drop(attempts);
-        // Errors must not shrink from finer to coarser groups.
         let local_from_scaled = self.vertices.local_from_scaled;
         let mut own = simplified.error_in_scaled;
         if !self.vertices.shows_tears(self.config) {
@@ -87,6 +86,7 @@ impl LevelStep<'_> {
             same_position: task.same_position,
             simplified,
             clusters: clusters.into_iter().zip(measured.samples).collect(),
+            // Errors must not shrink from finer to coarser groups.
             error_in_local: own_in_local.max(finer.error_in_local),
             deviation_in_local,
         })
@@ -127,7 +127,8 @@ impl LevelStep<'_> {
         }
     }
 
-    /// Splits an attempt into clusters and measures it. Returns `None` if it flips more than [`MAX_FLIPPED_SHARE`].
+    /// Corrects the covered area of an attempt, splits it into clusters and measures it. Returns `None` if it flips
+    /// more than [`MAX_FLIPPED_SHARE`].
     fn accept(
         &self,
         task: &Task<'_>,

@@ -1,4 +1,4 @@
-//! Bounds.
+//! Bounding spheres, extents, and offsets for meshes far from the origin.
 
 use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::Vec3;
@@ -27,8 +27,8 @@ fn grown_center(points: &[Vec3]) -> Vec3 {
     Vec3::from(meshopt::compute_sphere_bounds(positions, None).center)
 }
 
-/// Bounding sphere with a given centre. The radius is computed here, because a rounded radius could leave a point
-/// outside.
+/// Bounding sphere with a given centre. The radius is computed here, because meshoptimizer's radius could leave a point
+/// outside by rounding.
 fn sphere_at(center: Vec3, points: &[Vec3]) -> Sphere {
     let distances = points.iter().map(|point| point.distance(center));
     let radius = distances.fold(0.0, f32::max);

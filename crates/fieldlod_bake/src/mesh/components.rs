@@ -83,8 +83,8 @@ pub(crate) fn components_of(
     components
 }
 
-/// For each vertex, the first vertex of its component. `first` holds connections besides the triangles: each vertex links
-/// to an earlier vertex or to itself.
+/// For each vertex, the first vertex of its component. `first` holds connections besides the triangles: each vertex
+/// links to an earlier vertex or to itself.
 pub(crate) fn connected(mut first: Vec<u32>, triangles: &[[u32; 3]]) -> Vec<u32> {
     for &[a, b, c] in triangles {
         connect(&mut first, a, b);

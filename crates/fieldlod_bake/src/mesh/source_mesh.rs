@@ -56,12 +56,12 @@ pub enum MeshError {
         count: usize,
         vertices: usize,
     },
-    /// There are more vertices or triangles than 32-bit indices allow.
+    /// There are so many vertices or triangles that indices of all levels could exceed 32 bits.
     #[error("the mesh is too large: at most {limit} vertices and {limit} triangles are supported", limit = MAX_COUNT)]
     TooLarge,
-    /// A skinned or morphed mesh has more vertices than 16-bit indices reach.
+    /// A skinned or morphed mesh has more vertices than 16-bit indices allow.
     #[error(
-        "it has {vertices} vertices, but levels of a skinned or morphed mesh have at most 65,536"
+        "the mesh has {vertices} vertices, but skinned and morphed meshes may have at most 65,536"
     )]
     TooLargeForRig { vertices: usize },
     /// A field of the configuration is out of its documented range.

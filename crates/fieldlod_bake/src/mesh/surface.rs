@@ -1,6 +1,6 @@
 //! Colour and opacity of a material, as the bake uses them.
 //!
-//! Textures are small, because the mesh is at most 128 pixels wide in pictures of the bake.
+//! Textures are small, because pictures of the bake are at most 256 pixels wide.
 
 use glam::{Affine2, UVec2, Vec2, Vec3, Vec4};
 
@@ -13,8 +13,8 @@ const MAX_SAMPLES: u32 = 2;
 
 /// Base colour and alpha of a material.
 ///
-/// The bake of a plant uses it to keep the covered area of leaves. Without it, leaves with texture coordinates count as
-/// half transparent.
+/// The bake uses it to keep the covered area of leaves, and in pictures of plants and torn textures. Without it, leaves
+/// with texture coordinates count as half transparent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     base_color: Vec4,
@@ -259,8 +259,8 @@ impl Surface {
 }
 
 impl Texture {
-    /// The finest mip level with at most two texels in `area`, a share of the texture; otherwise the coarsest level. Mip
-    /// levels differ by a factor of four, so that a pixel covers half a texel to two texels.
+    /// The finest mip level with at most two texels in `area`, a share of the texture; otherwise the coarsest level.
+    /// Mip levels differ by a factor of four, so that a pixel covers half a texel to two texels.
     fn mip(&self, area: f32) -> &Mip {
         let last = &self.mips[self.mips.len() - 1];
         let texels = |mip: &&Mip| area * mip.size.as_vec2().element_product();

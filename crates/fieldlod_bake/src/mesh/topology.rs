@@ -15,8 +15,8 @@ use crate::mesh::components::{connect, find_first};
 use crate::mesh::edges::Links;
 use crate::mesh::surfaces::Surfaces;
 
-/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans. If
-/// an edge is as long as a screen of 2,000 pixels, it is 0.04 pixels.
+/// Tolerance of a place, as a share of the local edge length. It is ten times the rounding of game assets and scans.
+/// For an edge across a screen of 2,000 pixels, the tolerance is 0.04 pixels.
 const PLACE_TOLERANCE: f32 = 2e-5;
 /// Tolerance of a place, as a share of the largest coordinate: four steps of an `f32`.
 const ROUNDING: f32 = 4.8e-7;

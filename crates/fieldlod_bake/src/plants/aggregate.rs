@@ -41,8 +41,8 @@ const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns have 15 %
 /// more error at equal triangles; at 1, 5 % less, but cards 80 % more.
 const SURFACE_TOLERANCE: f32 = 0.5;
-/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. With it,
-/// pictures of trees at a given threshold are about as good as pictures of levels without elements.
+/// Error of flattened and pruned elements, as a share of their radius, and the largest error of other elements. At this
+/// share, pictures of trees at a given threshold are about as good as pictures of levels without elements.
 const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles, even if surfaces use up the budget.
 const MIN_ELEMENT_RATIO: f32 = 0.125;
@@ -106,8 +106,8 @@ impl Task<'_> {
         Some(simplified)
     }
 
-    /// Whether the elements are parts of a machine rather than leaves: they have many triangles, and a simplification as
-    /// surfaces keeps the area.
+    /// Whether the elements are parts of a machine rather than leaves: they have many triangles, and `simplified` keeps
+    /// the area.
     pub(crate) fn keeps_parts(&self, simplified: &Simplified) -> bool {
         let area = |corners: &[u32], positions: &[[f32; 3]]| {
             let mut whole = Component {
@@ -166,8 +166,8 @@ impl Task<'_> {
         (std::mem::take(&mut simplified.corners), error)
     }
 
-    /// Reduces elements to about `wanted` triangles. Also returns the error of the simplifier; infinite if elements were
-    /// flattened and pruned.
+    /// Reduces elements to about `wanted` triangles. Also returns the error of the simplifier; infinite if elements
+    /// were flattened and pruned.
     fn simplify_elements(
         &self,
         simplified: &mut Simplified,

@@ -26,20 +26,20 @@ const SAMPLES: usize = 2;
 /// Difference that is as good as 1 px: a root mean square, relative to the detail of the source. Smooth meshes at 1 px
 /// of error have 0.8 to 1.6; this is their mean.
 const DIFFERENCE_AT_1_PX: f32 = 1.25;
-/// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a uniform
-/// colour have almost none.
+/// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a
+/// uniform colour have almost none.
 const MIN_DETAIL: f32 = 0.002;
 /// Factor that the criterion of `fieldlod_select` applies to the error of a mesh whose normals point everywhere:
 /// √(1 + 0.4).
 const FACING_FACTOR: f32 = 1.183_216;
-/// Larger meshes are never drawn as whole meshes: the indices of these have 16 bits.
+/// Larger meshes are never drawn as whole meshes, which have 16-bit indices.
 pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
 /// Measures the levels that can be drawn as whole meshes.
 ///
-/// If `has_aggregates`, each group gets the error of the next coarser level as its whole-mesh error. From the level of the
-/// group `torn` on, errors are raised to those of pictures: the simplifier compares texture coordinates only at
-/// vertices, and a coarse checker shows up to three times its error.
+/// If `has_aggregates`, each group gets the error of the next coarser level as its whole-mesh error. From the level of
+/// the group `torn` on, errors are raised to those of pictures: the simplifier compares texture coordinates only at
+/// vertices, and a coarse checker shows up to three times the simplifier's error.
 pub(crate) fn measure_levels(
     hierarchy: &mut Hierarchy,
     surfaces: &Surfaces,

@@ -49,8 +49,8 @@ const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
 /// Levels aim to cover at least this share of the source's area, and at most all of it.
 const TARGET_AREA: f32 = 0.98;
-/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area. At 1.8, five plants
-/// have equal levels.
+/// Limit for the total correction of a level: a level of few leaves may never cover the wanted area. At 1.8, five
+/// plants have equal levels.
 const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.
 const AREA_TOLERANCE: f32 = 0.003;
@@ -116,7 +116,7 @@ impl Coverage {
                 break;
             }
             gain = (gain * wanted).clamp(MAX_CORRECTION.recip(), MAX_CORRECTION);
-            // Scale the positions of the first attempt, so that rounding does not add up.
+            // Scale the positions from before all corrections, so that rounding does not add up.
             for part in &parts {
                 let scaled_vertices = task.scaled_vertices(&before, part, gain);
                 for (own, position) in scaled_vertices {
@@ -325,11 +325,11 @@ impl Task<'_> {
         gain: f32,
     ) -> Vec<(u32, Vec3)> {
         let position = |own: u32| Vec3::from(before[own as usize]);
+        // The area grows with the square of lengths.
         let more = gain.sqrt() - 1.0;
         let vertices = part.vertices().into_iter();
         if part.triangles.len() <= MAX_SMALL_ELEMENT {
             let offset = |own| (position(own) - part.centroid) * more;
-            // The area grows with the square of lengths.
             return vertices
                 .map(|own| (own, position(own) + offset(own)))
                 .collect();

@@ -174,7 +174,7 @@ impl Task<'_> {
     }
 }
 
-/// The triangle between three of the vertices with the largest area.
+/// The largest triangle between three of the vertices.
 fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]> {
     let position = |vertex: u32| Vec3::from(positions[vertex as usize]);
     let mut largest = (0.0f32, None);

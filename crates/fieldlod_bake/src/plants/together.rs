@@ -25,7 +25,7 @@ use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
 const MOST_TOGETHER: usize = 4;
-/// Offset between meshes, as a share of the largest coordinate: at most two steps of an `f32`. Without it, the
+/// Offset between meshes, as a share of the largest coordinate: two to four steps of an `f32`. Without it, the
 /// simplifier would weld vertices of two meshes at the same position.
 const OFFSET: f32 = 1.0 / (1 << 22) as f32;
 
@@ -38,7 +38,7 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// separately.
 ///
 /// Small meshes that all meet other meshes at open borders are also baked together, in any number. Larger meshes keep
-/// the vertices where they meet at all levels, unless these are more than a twentieth of the triangles.
+/// the vertices where they meet, at all levels, if these are at most a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to four valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
@@ -108,8 +108,8 @@ pub(crate) fn config_for_adjacent(
     }
 }
 
-/// [`bake_together`] with the progress of each mesh. Meshes that are baked together report to the first. Meshes that
-/// are baked separately keep the vertices marked in `kept` at all levels.
+/// [`bake_together`] with the progress of each mesh. Meshes that are baked together use the first of `shares`. Meshes
+/// that are baked separately keep the vertices marked in `kept` at all levels, within [`MAX_KEPT_VERTICES`].
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
     kept: &[Vec<bool>],
@@ -175,7 +175,7 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
     is_aggregate(&apart, &place) && 2 * open(&welded()) >= open(&place)
 }
 
-/// Whether each mesh meets another mesh.
+/// Whether each mesh meets another mesh, not necessarily one of `meshes`, and the meshes can be joined.
 fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
     meshes.len() > 1
         && kept.iter().all(|kept| kept.contains(&true))
@@ -323,11 +323,11 @@ fn deviations(parts: &[Part<'_>], whole: &Hierarchy, config: &BakeConfig) -> Vec
 /// The levels of one mesh, cut out of the joined mesh.
 struct Part<'a> {
     mesh: &'a SourceMesh,
-    /// From bits of positions in the joined mesh to positions in the mesh.
+    /// Positions in the mesh, by the bits of their positions in the joined mesh.
     own_positions: FxHashMap<[u32; 3], Vec3>,
     vertices: Vertices,
     moved_from: Vec<u32>,
-    /// The index in the joined mesh and the triangles of each own level, finest first.
+    /// Own levels, finest first: the index of the joined mesh's level, and the triangles.
     levels: Vec<(usize, Vec<[u32; 3]>)>,
 }
 

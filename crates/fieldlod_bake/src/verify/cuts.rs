@@ -86,7 +86,7 @@ struct Source<'a> {
     facings: Vec<Vec<Facing>>,
 }
 
-/// The area of a triangle, and whether it faces away from the source.
+/// Twice the area of a triangle, and whether it faces away from the source.
 #[derive(Clone, Copy)]
 struct Facing {
     area: f64,

@@ -17,7 +17,8 @@ const LEAST_SIDE: usize = 8;
 const MOST_SIDE: usize = 256;
 /// Empty pixels at each edge of a picture. At least [`AROUND`], so that neighbours exist.
 const MARGIN: usize = 2;
-/// Pixels within this distance must show the same, because a silhouette may move by a pixel or two.
+/// A pixel counts only if the source shows the same at all pixels within this distance, because a silhouette may move
+/// by a pixel or two.
 const AROUND: usize = 2;
 /// With fewer pixels in all six pictures, the share of wrong pixels is random.
 const FEWEST_PIXELS: usize = 48;

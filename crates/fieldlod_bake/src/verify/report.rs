@@ -10,10 +10,11 @@ use crate::mesh::MeshError;
 pub struct VerifySettings {
     /// Number of random cuts that are checked for holes, overlaps and flipped triangles.
     pub cuts: u32,
-    /// Points per source triangle and level. Simplified triangles get four times as many, ten times the samples of the
-    /// bake. Points are pseudorandom with a fixed seed.
+    /// Points per source triangle and level. Simplified triangles get four times as many. Points are pseudorandom with
+    /// a fixed seed.
     pub samples_per_triangle: u32,
-    /// Largest number of points per level and direction. Large meshes get fewer points per triangle.
+    /// Largest number of points on the source per level, and on all simplified triangles. Large meshes get fewer points
+    /// per triangle, but at least one.
     pub most_samples: u32,
     /// Share by which a distance may exceed the stated deviation.
     pub tolerance: f32,
@@ -72,7 +73,7 @@ pub enum VerifyError {
     /// The hierarchy was baked from another mesh.
     #[error("it was baked from another mesh")]
     OtherSource,
-    /// Primitives with one skin have different levels.
+    /// Primitives of a character are missing or do not match.
     #[error(
         "the primitives of its character are missing, or have different levels or another carrier joint"
     )]
@@ -82,8 +83,8 @@ pub enum VerifyError {
     FinestCut { found: usize },
     /// A point of the source is farther from a cut than stated.
     #[error(
-        "at level {level} a point of the source lies {share:.3} times as far from the cut as the \
-         deviation stated"
+        "at level {level}, a point of the source is {share:.3} times the stated deviation away from \
+         the cut"
     )]
     SourceTooFar { level: u32, share: f32 },
     /// A point of a simplified surface is farther from the source than stated.
@@ -109,7 +110,7 @@ pub enum VerifyError {
     },
     /// A level differs from the source in pictures where its error is one pixel.
     #[error(
-        "at level {level} {share:.3} of the pixels are missing or show a back face where its error is one pixel"
+        "at level {level}, {share:.3} of the pixels are missing or show a back face where its error is one pixel"
     )]
     Pictures { level: u32, share: f32 },
 }

@@ -48,7 +48,7 @@ pub(crate) fn character(scale: f32) -> GltfFile {
     character_of(32, scale)
 }
 
-/// The same with fewer or more triangles.
+/// [`character`] with `rings` rings of quads in each half.
 pub(crate) fn character_of(rings: u32, scale: f32) -> GltfFile {
     let mut file = GltfFile::empty();
     for half in 0..2 {
@@ -98,7 +98,7 @@ pub(crate) fn character_of(rings: u32, scale: f32) -> GltfFile {
     file
 }
 
-/// A clip of one second that rotates a node by up to 1.2 about an axis.
+/// A clip of one second that rotates a node by up to 1.2 radians about an axis.
 fn clip(file: &mut GltfFile, name: &str, node: usize, axis: Vec3) -> Value {
     let times: Vec<f32> = (0..=10).map(|k| k as f32 / 10.0).collect();
     let rotation = |time: &f32| Quat::from_axis_angle(axis, 1.2 * (time * 6.0).sin()).to_array();

@@ -118,7 +118,7 @@ impl GltfFile {
         index
     }
 
-    /// Compresses a view: the extension refers to `packed`, and the view itself to a buffer that does not exist.
+    /// Compresses a view: the extension refers to `packed`, and the view itself to a fallback buffer without bytes.
     pub(crate) fn pack(&mut self, view: usize, extension: &str, packed: &[u8], mut object: Value) {
         object["buffer"] = json!(0);
         object["byteOffset"] = json!(self.binary.len());

@@ -39,7 +39,7 @@ fn unused_vertices_and_missing_attributes_round_trip() {
     assert!(read.normals.is_empty());
 }
 
-/// Hills with random positions and random bits in all other attributes.
+/// Hills with random positions, and random bits in all other attributes.
 fn scrambled(seed: u64) -> Hierarchy {
     let mut random = Random::new(seed);
     let mut hierarchy = fixtures::grid_pyramid(1);
@@ -48,11 +48,15 @@ fn scrambled(seed: u64) -> Hierarchy {
         *position = random.vector() * 1000.0;
     }
     let mut numbers = || f32::from_bits(random.next_u64() as u32);
-    let (normals, uvs) = (&mut vertices.normals, &mut vertices.uvs);
+    let normals = &mut vertices.normals;
     normals.fill_with(|| Vec3::from_array([(); 3].map(|()| numbers())));
-    uvs.fill_with(|| Vec2::from_array([(); 2].map(|()| numbers())));
-    let tangents = &mut vertices.tangents;
-    tangents.fill_with(|| Vec4::from_array([(); 4].map(|()| numbers())));
+    let count = vertices.positions.len();
+    for uvs in [&mut vertices.uvs, &mut vertices.uvs_1] {
+        uvs.resize_with(count, || Vec2::from_array([(); 2].map(|()| numbers())));
+    }
+    for values in [&mut vertices.tangents, &mut vertices.colors] {
+        values.resize_with(count, || Vec4::from_array([(); 4].map(|()| numbers())));
+    }
     for group in &mut hierarchy.groups {
         group.bounds.radius = 1e4;
     }
@@ -66,7 +70,8 @@ fn scrambled(seed: u64) -> Hierarchy {
 fn bits(vertices: &Vertices) -> Vec<u32> {
     let positions = vertices.positions.iter().flat_map(Vec3::to_array);
     let normals = vertices.normals.iter().flat_map(Vec3::to_array);
-    let uvs = vertices.uvs.iter().flat_map(Vec2::to_array);
+    let uvs = vertices.uvs.iter().chain(&vertices.uvs_1);
+    let uvs = uvs.flat_map(Vec2::to_array);
     let tangents = vertices.tangents.iter().flat_map(Vec4::to_array);
     let colors = vertices.colors.iter().flat_map(Vec4::to_array);
     let all = positions.chain(normals).chain(uvs).chain(tangents);

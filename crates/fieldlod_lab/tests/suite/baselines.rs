@@ -47,8 +47,8 @@ fn nested_spheres_contain_all_finer_spheres() {
         let outer = object.nested_bounds[index];
         for &finer in object.hierarchy.finer_groups(group) {
             let inner = object.nested_bounds[finer as usize];
-            let reach = outer.center.distance(inner.center) + inner.radius;
-            assert!(reach <= outer.radius * 1.00001, "{index}: {reach}");
+            let farthest = outer.center.distance(inner.center) + inner.radius;
+            assert!(farthest <= outer.radius * 1.00001, "{index}: {farthest}");
         }
     }
 }
@@ -89,7 +89,7 @@ fn displacement_of_coarsest_cut_stays_within_its_deviation() {
     let found = displacement(&coarsest.units);
     let deviation = object.level_errors_in_local.last().unwrap();
     let nearest = 4.0 - object.radius - object.center.length();
-    // Off the axis, lengths are stretched by up to 1/cos²φ: 1.2 at 24°, the edge of the rock at most.
+    // Off the axis, lengths are stretched by up to 1/cos²φ, 1.2 at 24°. The rock is less than 24° off the axis.
     let bound = f64::from(deviation * near.focal_px() / nearest * 1.2);
     assert!(found.max_px > 0.0 && found.max_px <= bound, "{found:?}");
 }

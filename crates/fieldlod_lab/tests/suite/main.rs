@@ -1,4 +1,4 @@
-//! Tests of the measurements and of the command.
+//! Tests of the measurements.
 
 mod baselines;
 mod chart;

@@ -1,4 +1,4 @@
-//! Levels of plants: changes of level on a flight, and the gain of baking meshes together.
+//! Levels of plants: changes of level as the camera approaches, and the gain of baking meshes together.
 
 use fieldlod_bake::{BakeConfig, bake_mesh, bake_together, fixtures};
 use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
@@ -6,7 +6,7 @@ use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
 use crate::common::renderer;
 
 /// While the camera approaches a prop, a change of level changes FLIP by a factor of at most 1.6. It changes the covered
-/// area by at most 0.02. Changes to full detail are left out, because its FLIP is 0.
+/// area by at most 2 % of that of the source. Changes to full detail are left out, because its FLIP is 0.
 #[test]
 fn changes_of_level_on_approach_are_small() {
     let Some((renderer, _lock)) = renderer() else {

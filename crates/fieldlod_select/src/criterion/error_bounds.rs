@@ -79,7 +79,7 @@ const EVERYWHERE: Sphere = Sphere {
     radius: f32::INFINITY,
 };
 
-/// Bounding sphere of an instance in the world; infinite if its placement is not usable.
+/// Bounding sphere of an instance in the world; infinite if its placement or bias is not usable.
 pub(crate) fn placed_sphere(
     bounds: &ErrorBounds,
     world_from_local: &Affine3A,

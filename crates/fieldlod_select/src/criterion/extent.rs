@@ -14,20 +14,11 @@ pub(super) const ROUNDING: f32 = 8.0 * f32::EPSILON;
 pub(super) struct SeenSphere {
     pub(super) center: Vec3,
     pub(super) radius: f32,
-    /// The radius for bounds: larger or smaller by the distance that a group may move.
-    pub(super) reach: f32,
     pub(super) distance_squared: f32,
     pub(super) distance: f32,
 }
 
 impl SeenSphere {
-    /// The distance of the centre after a group has moved: the least distance for the largest errors, or the greatest
-    /// distance for the least errors.
-    #[inline(always)]
-    pub(super) fn reached_distance(&self) -> f32 {
-        self.distance - (self.reach - self.radius)
-    }
-
     /// Whether the sphere has an infinite coordinate, NaN or a negative radius.
     #[inline(always)]
     pub(super) fn is_unusable(&self) -> bool {
@@ -53,24 +44,22 @@ impl SeenExtent {
     /// The extent of `camera_field`, for a given greatest secant of the view.
     #[inline(always)]
     pub(super) fn new(seen: &SeenSphere, is_outside: bool, corner: f32) -> Self {
-        let (center, reach, distance) = (seen.center, seen.reach, seen.distance);
-        let gap = distance * (1.0 - ROUNDING) - reach;
+        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
+        let gap = distance * (1.0 - ROUNDING) - radius;
         // The square of a large distance overflows to infinity.
         let is_apart = (gap > 0.0) & (seen.distance_squared < f32::INFINITY);
         let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-        let tangent_length = (gap * (distance + reach)).sqrt();
+        let tangent_length = (gap * (distance + radius)).sqrt();
         // cos(φ + δ) ρ², expanded.
-        let scaled_cosine = center.z * tangent_length - off_axis * reach;
+        let scaled_cosine = center.z * tangent_length - off_axis * radius;
         let cosine = scaled_cosine / seen.distance_squared - ROUNDING;
         let is_narrower = cosine * corner > 1.0;
         let secant = if is_narrower { 1.0 / cosine } else { corner };
-        // A negative reach may be longer than the distance to the axis.
-        let secant = if off_axis < -reach { 1.0 } else { secant };
         Self {
             is_outside,
             is_unbounded: seen.is_unusable() | (!is_apart & !is_outside),
             secant,
-            depth: larger(center.z - reach, gap / secant),
+            depth: larger(center.z - radius, gap / secant),
         }
     }
 }
@@ -107,15 +96,15 @@ impl Lens {
     }
 
     #[inline(always)]
-    fn is_beyond_slopes(&self, &SeenSphere { center, reach, .. }: &SeenSphere) -> bool {
+    fn is_beyond_slopes(&self, &SeenSphere { center, radius, .. }: &SeenSphere) -> bool {
         // Comparing squares saves a square root.
         let beyond = |across: f32, slope: f32| {
             let edge = slope * center.z;
             let inside_by = across - edge + ROUNDING * (across.abs() + edge.abs());
-            let allowed = reach * reach * (1.0 + slope * slope);
+            let allowed = radius * radius * (1.0 + slope * slope);
             (inside_by < 0.0) & (allowed < inside_by * inside_by)
         };
-        (center.z < -reach)
+        (center.z < -radius)
             | beyond(center.x, self.min.x)
             | beyond(-center.x, -self.max.x)
             | beyond(center.y, self.min.y)
@@ -123,11 +112,11 @@ impl Lens {
     }
 
     #[inline(always)]
-    fn is_beyond_edges(&self, &SeenSphere { center, reach, .. }: &SeenSphere) -> bool {
-        (center.x + reach < self.min.x)
-            | (self.max.x < center.x - reach)
-            | (center.y + reach < self.min.y)
-            | (self.max.y < center.y - reach)
+    fn is_beyond_edges(&self, &SeenSphere { center, radius, .. }: &SeenSphere) -> bool {
+        (center.x + radius < self.min.x)
+            | (self.max.x < center.x - radius)
+            | (center.y + radius < self.min.y)
+            | (self.max.y < center.y - radius)
     }
 }
 

@@ -80,7 +80,7 @@ pub(crate) struct Allowed {
     pub(crate) fine: [f32; 2],
 }
 
-/// Weights of errors and deviations in one unit.
+/// Weights that bring errors and deviations to one unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct ErrorUnits {
     pub(crate) error: f32,
@@ -88,7 +88,7 @@ pub(crate) struct ErrorUnits {
 }
 
 impl ErrorUnits {
-    /// The weight of errors is 1 if errors count; otherwise the weight of deviations is 1.
+    /// The weight of errors is 1 if errors count. Otherwise the weight of deviations is 1, or 0 without thresholds.
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
         let px = px_per_unit(camera);
@@ -125,7 +125,7 @@ impl ErrorUnits {
 }
 
 impl LevelErrors {
-    /// The errors of the levels of a chain of groups; without a chain, of a cut that refines none of `groups`.
+    /// The errors of the levels of a chain of groups; without a chain, of the coarsest cut of `groups`.
     pub(crate) fn new(groups: &[Group], is_chain: bool) -> Self {
         let levels =
             (0..groups.len()).map(|level| LevelError::new(&groups[level], &groups[..level]));
@@ -157,8 +157,8 @@ impl LevelErrors {
     }
 
     /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
-    /// neither certainly refined nor certainly not. `scale` is the least and the largest factor of errors in the world.
-    /// `weight` has the factors of errors of groups that were not refined and of groups that were refined.
+    /// neither certainly refined nor certainly not. `least_scale` and `most_scale` bound the factor of errors in the
+    /// world. `weight` has the factors of errors of groups that were not refined and of groups that were refined.
     #[inline]
     pub(crate) fn certain_level(
         &self,
@@ -185,7 +185,7 @@ impl LevelErrors {
 
 impl LevelError {
     fn new(own: &Group, finer: &[Group]) -> Self {
-        // The weight is least for a camera behind the surface, or for one that sees no silhouette.
+        // The weight is least for a camera right behind the surface: V grows with μ, and p falls with |μ|.
         let facing = own.mean_normal.length();
         let variance = normal_variance(own.mean_normal);
         let flatness = facing * facing / silhouette_width(variance);

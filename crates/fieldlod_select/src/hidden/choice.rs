@@ -1,7 +1,7 @@
 //! Chooses the instances that are drawn into the depth image. Large instances are drawn by triangles of a coarse level,
 //! small instances by points.
 
-use glam::{Affine3A, Mat3, Vec3};
+use glam::{Mat3, Vec3};
 
 use super::ImagePlane;
 use super::occluder::{OccluderPart, parts_in_view};
@@ -65,15 +65,9 @@ pub(crate) enum DrawnBy<'a> {
     Points(&'a [Eight<3>]),
 }
 
-/// Placement of an instance in camera space: linear part and origin.
-pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Mat3, Vec3) {
-    let from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
-    let linear = view.camera_from_world * Mat3::from(world_from_local.matrix3);
-    (linear, view.camera_from_world * from_eye)
-}
-
 impl Candidate {
-    /// How to draw the instance within the `rest` of the triangle budget; `None` if the rest is too small.
+    /// How to draw the instance within the `rest` of the triangle budget; `None` if no level is coarse enough, or the
+    /// rest is too small.
     pub(crate) fn drawn_by<'a>(
         &self,
         table: &'a GroupTable,

@@ -1,6 +1,6 @@
 //! Clips triangles to a guard band around the image.
 //!
-//! `f32` would lose the depths of a triangle that reaches far beyond the image. A ground of 1,000 m below the camera
+//! `f32` would lose the depths of a triangle that reaches far beyond the image. A ground 1,000 m wide below the camera
 //! has corners a hundred million texels away. These triangles are clipped in `f64`. Each texel then has the nearness of
 //! the surface within a twentieth of a texel of its centre.
 

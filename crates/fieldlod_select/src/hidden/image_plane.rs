@@ -65,7 +65,7 @@ impl ImagePlane {
             }
             Camera::Orthographic(camera) => (false, camera.min, camera.max, camera.pixels_per_unit),
         };
-        // It keeps the aspect ratio of the image. Casts saturate, and take NaN to 0.
+        // Texels keep the image's aspect ratio, up to rounding. Casts saturate, and take NaN to 0.
         let size_px = (max - min) * px_per_unit;
         let longer = size_px.x.max(size_px.y);
         let side = |px: f32| {
@@ -213,10 +213,13 @@ impl ImagePlane {
 
     /// Approximate number of texels of a length at a distance; infinite at the camera.
     pub(crate) fn texels(&self, length: f32, distance: f32) -> f32 {
-        match self.is_perspective {
-            true if distance > 0.0 => length * self.scale.max_element() / distance,
-            true => f32::INFINITY,
-            false => length * self.scale.max_element(),
+        let texels = length * self.scale.max_element();
+        if !self.is_perspective {
+            texels
+        } else if distance > 0.0 {
+            texels / distance
+        } else {
+            f32::INFINITY
         }
     }
 
@@ -225,11 +228,14 @@ impl ImagePlane {
         if max.z < NEAREST {
             return true;
         }
+        if self.is_perspective && min.z < NEAREST {
+            return false;
+        }
         // Slopes are extreme at `min.z` or `max.z`.
-        let depths = match self.is_perspective {
-            true if min.z < NEAREST => return false,
-            true => [min.z, max.z],
-            false => [1.0, 1.0],
+        let depths = if self.is_perspective {
+            [min.z, max.z]
+        } else {
+            [1.0, 1.0]
         };
         let size = Vec2::new(self.width as f32, self.height as f32);
         let at = |corner: &Vec3| {

@@ -1,4 +1,4 @@
-//! Occluders of a large mesh: some of its coarse levels.
+//! Occluders of a mesh: some of its coarse levels.
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Unit};
 use glam::{Mat3, Vec3};

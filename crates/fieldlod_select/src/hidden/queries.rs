@@ -3,12 +3,12 @@
 use glam::{Mat3, Vec3};
 
 use super::OcclusionBuffer;
-use super::choice::camera_from_local;
 use crate::hidden::shares::{FULL_SHARE, HIDDEN};
 use crate::lanes::bits::{LANES, lane_bits};
 use crate::lanes::{Eight, with_avx2};
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId};
+use crate::view::camera_from_local;
 use crate::view::stretch::largest_stretch;
 
 // The constants were measured in a walk of 240 frames among 10,000 rocks: triangles that the view draws, and the time of

@@ -19,7 +19,7 @@ pub(crate) struct ScreenTriangle {
     nearest: f32,
 }
 
-/// Position of an edge in the row with centers at `y`: `slope y + offset`, to the left or the right of a triangle.
+/// Position of an edge in the row with centres at `y`: `slope y + offset`, to the left or the right of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct RowEnd {
     slope: f32,
@@ -30,7 +30,8 @@ struct RowEnd {
 }
 
 impl RowEnd {
-    /// The end of an edge whose right side is inside. The triangles on both sides of an edge get the same position.
+    /// The end of an edge of a front face; an edge that runs down is a left end. The triangles on both sides of an edge
+    /// get the same position.
     fn new(from: Vec3, to: Vec3) -> Self {
         let is_left = from.y < to.y;
         let (low, high) = if is_left { (from, to) } else { (to, from) };
@@ -79,7 +80,7 @@ impl ScreenTriangle {
         left <= x && x <= right
     }
 
-    /// The triangle's range in the row with centers at `y`; empty if they do not meet.
+    /// The triangle's range in the row with centres at `y`; empty if they do not meet.
     #[inline(always)]
     pub(crate) fn span(&self, y: f32) -> [f32; 2] {
         let (mut left, mut right) = (self.min[0], self.max[0]);

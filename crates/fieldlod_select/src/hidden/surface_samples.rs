@@ -8,12 +8,12 @@ use glam::Vec3;
 use crate::lanes::Eight;
 use crate::lanes::bits::LANES;
 
-/// Points of a mesh and of a group. Points of a mesh draw occluders of up to 4,096 texels; points of a group are one
-/// element of lanes.
+/// Points of a mesh and of a group. Points of a mesh are enough for occluders of up to 4,096 texels; larger occluders
+/// have fewer points per texel. Points of a group are one element of lanes.
 pub(crate) const MESH_SAMPLES: u32 = 2048;
 pub(crate) const GROUP_SAMPLES: usize = 8;
 
-/// Points of a mesh, eight to an element.
+/// Points of a mesh and of its groups, eight to an element.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceSamples {
     mesh: Vec<Eight<3>>,
@@ -46,7 +46,7 @@ impl SurfaceSamples {
         }
     }
 
-    /// The first `count` points of the mesh, up to a full element.
+    /// The first `count` points of the mesh, rounded up to full elements.
     pub(crate) fn of_mesh(&self, count: usize) -> &[Eight<3>] {
         &self.mesh[..count.div_ceil(LANES).min(self.mesh.len())]
     }

@@ -13,7 +13,7 @@ use super::texels::NOBODY;
 use super::*;
 use crate::scene::MeshId;
 
-/// An image by instances: nearness, and who owns it.
+/// An image: the nearness and the owner of each texel.
 type Image = (Vec<f32>, Vec<u32>);
 
 /// Draws every texel of every triangle and point, one by one, within `triangles` triangles. If `skips_covered`, an
@@ -164,7 +164,7 @@ fn view(eye: Vec3, turn: Quat) -> View {
     View::new(camera(), &Affine3A::from_rotation_translation(turn, eye))
 }
 
-/// A rock in pieces and as a whole, and one of NaN and of triangles without area.
+/// A rock in pieces, a rock as a whole, and a rock with positions of NaN and triangles without area.
 fn meshes(scene: &mut Scene) -> [MeshId; 3] {
     std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
 }

@@ -1,4 +1,4 @@
-//! One bit for each group, 64 to a word.
+//! Bits of groups, 64 to a word, and bits of eight lanes.
 
 /// Number of items that a loop handles at once.
 pub(crate) const LANES: usize = 8;

@@ -15,7 +15,8 @@ impl Journal {
         self.changed.push(slot);
     }
 
-    /// Drops the older half of more changes than `instance_count`: looking at every instance is faster then.
+    /// Keeps the last `instance_count` changes if there are twice as many. A selector that needs older changes looks at
+    /// every instance, which is faster.
     pub(crate) fn trim(&mut self, instance_count: usize) {
         let most = instance_count.max(FEW);
         if self.changed.len() > most * 2 {

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn neighbours_follow_each_other_in_any_order() {
+    fn chunks_of_sorted_items_hold_neighbours() {
         let place = |index: u32| Vec3::new((index % 64) as f32, 0.0, (index / 64) as f32);
         let mut sorted: Vec<u32> = (0..64 * 64).rev().collect();
         sort_along_curve(&mut sorted, place);

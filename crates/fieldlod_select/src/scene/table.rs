@@ -51,7 +51,6 @@ pub struct GroupTable {
     is_chain: bool,
     /// The coarsest cut. It refines only terminal groups.
     pub(crate) coarsest_units: Vec<u32>,
-    pub(crate) coarsest_refined: Vec<u64>,
     pub(crate) coarsest_triangle_count: u64,
 }
 
@@ -86,22 +85,14 @@ impl GroupTable {
             available: None,
             available_revision: 0,
             coarsest_units: Vec::new(),
-            coarsest_refined: Vec::new(),
             coarsest_triangle_count: 0,
             is_chain,
         };
-        table.find_coarsest();
-        table
-    }
-
-    fn find_coarsest(&mut self) {
-        // Terminal groups have no simplification.
-        let mut refined = self.terminal.clone();
-        self.close_refinement(&mut refined);
+        // Terminal groups have no simplification, so no coarser group is refined with them.
         let mut units = Vec::new();
-        self.coarsest_triangle_count = self.gather_units(&refined, &mut units);
-        self.coarsest_units = units;
-        self.coarsest_refined = refined;
+        table.coarsest_triangle_count = table.gather_units(&table.terminal, &mut units);
+        table.coarsest_units = units;
+        table
     }
 
     /// The groups that a cut at `level` refines, without the groups that must be refined with them.
@@ -127,7 +118,7 @@ impl GroupTable {
         };
     }
 
-    /// Whether each group is the whole mesh at one level.
+    /// Whether each group has one unit, as in a mesh that is drawn as a whole.
     pub(crate) fn has_one_place(&self) -> bool {
         self.units.len() == self.group_count
     }
@@ -156,7 +147,7 @@ impl GroupTable {
 
     /// Restricts refinement to groups that `are_loaded` together with all coarser groups.
     pub(crate) fn set_available(&mut self, are_loaded: impl Fn(u32) -> bool) {
-        let mut available = self.coarsest_refined.clone();
+        let mut available = self.terminal.clone();
         // Coarser groups have larger indices, so one pass from the coarsest is enough.
         for group in (0..self.group_count).rev() {
             let coarser = self.coarser_of(group).iter();

@@ -46,15 +46,13 @@ pub(super) struct BoundsTest {
 }
 
 impl BoundsTest {
-    /// The test of groups within `size` of the local origin that enter or leave the view of a camera, and may move by
-    /// `drift` in it.
+    /// The test of groups within `size` of the local origin that enter or leave the view of a camera.
     pub(super) fn new(
         instance: &InstanceView,
         settings: &LodSettings,
         size: f32,
         camera: &Camera,
         threshold_px: f32,
-        drift: f32,
     ) -> Self {
         let (px, secant) = (px_per_unit(camera), corner_secant(camera));
         let most = instance.camera_per_local;
@@ -70,7 +68,7 @@ impl BoundsTest {
         let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
         let reach = instance.origin_in_camera.length() + most * size;
         // Squares of smaller lengths may underflow.
-        let slack = POSITION_SLACK * reach + drift * ROUNDING + 1e-14;
+        let slack = POSITION_SLACK * reach + 1e-14;
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
             camera_from_local: instance.camera_from_local,

@@ -6,7 +6,6 @@ use super::instance_cut::{InstanceCut, Pool};
 use super::limits::columns::LimitColumns;
 use super::limits::keep_test::{Looked, Near};
 use super::memory::{InstanceMemory, InstanceState};
-use super::motion::Odometer;
 use crate::hidden::OcclusionBuffer;
 use crate::hidden::held_shares::LevelShare;
 use crate::lanes::bits::{CHUNK, LANES};
@@ -29,11 +28,8 @@ pub(crate) struct SceneCuts {
     /// Revision of the journal up to which changes are applied.
     pub(super) journal_revision: u64,
     pub(super) pool: Pool,
-    pub(crate) odometer: Odometer,
     /// Reused buffers: results of the tests of chunks and of instances.
     looked: [Vec<Looked>; 2],
-    /// Reused buffer: one bit per group, the result of a hold test.
-    pub(super) own_throughout: Vec<u64>,
     /// The depth image of visible flux, and a reused buffer for the visible shares of the groups of one instance.
     pub(crate) depth_image: Option<OcclusionBuffer>,
     pub(super) group_shares: Vec<u8>,
@@ -77,12 +73,7 @@ impl SceneCuts {
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let [mut chunks, mut instances] = std::mem::take(&mut self.looked);
         test.look(&columns.chunks, &self.limits.chunks, &mut chunks);
-        let chunk_count = self.limits.instances.len().div_ceil(CHUNK / LANES);
         for chunk in chunks.iter().flat_map(Looked::near) {
-            // Lanes beyond the last chunk.
-            if chunk.slot >= chunk_count {
-                continue;
-            }
             // Decisions since the last pass left the limits of the chunk unknown.
             self.limits.refit(chunk.slot);
             let first = chunk.slot * (CHUNK / LANES);
@@ -91,9 +82,7 @@ impl SceneCuts {
             test.look(spheres, &self.limits.instances[first..end], &mut instances);
             for near in instances.iter().flat_map(Looked::near) {
                 let slot = first * LANES + near.slot;
-                if slot < self.memories.len() {
-                    self.decide(frame, &Near { slot, ..near });
-                }
+                self.decide(frame, &Near { slot, ..near });
             }
         }
         self.looked = [chunks, instances];

@@ -4,8 +4,8 @@
 use std::cell::OnceCell;
 
 use super::bounds_test::BoundsTest;
+use crate::criterion::Criterion;
 use crate::criterion::error_bounds::EightBounds;
-use crate::criterion::{Criterion, Drift};
 use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, lane_bits, set_bits_of};
 use crate::lanes::with_avx2;
@@ -60,16 +60,6 @@ impl<'a> Decision<'a> {
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
         }
-    }
-
-    /// Decisions that hold while groups move by `drift`. A refined group exceeds the threshold if its error does during
-    /// the whole motion. Any other group exceeds it if its error may exceed it at any time of the motion.
-    pub(crate) fn throughout(mut self, drift: Drift) -> Self {
-        self.criterion.drift = drift;
-        // A margin that is larger than rounding.
-        self.thresholds.refine_above_px *= 0.999;
-        self.thresholds.coarsen_below_px *= 1.001;
-        self
     }
 
     /// Decides all groups of a table.
@@ -148,10 +138,7 @@ impl<'a> Decision<'a> {
         let sphere = &table.bounds.sphere;
         let size = sphere.center.length() + sphere.radius;
         // Most instances need one of the two tests only.
-        test.get_or_init(|| {
-            let drift = self.criterion.drift.distance;
-            BoundsTest::new(instance, settings, size, camera, threshold_px, drift)
-        })
+        test.get_or_init(|| BoundsTest::new(instance, settings, size, camera, threshold_px))
     }
 
     /// The bits of one block by the criterion.

@@ -16,8 +16,8 @@ pub struct GroupDemand {
     pub instance: InstanceId,
     /// The group's index in its hierarchy.
     pub group: u32,
-    /// The error in pixels of its simplification, if the group is not [available](Scene::set_available). Errors of
-    /// coarser groups are equal or larger.
+    /// The error in pixels of its simplification, times the instance's bias, if the group is not
+    /// [available](Scene::set_available). A coarser group may have a smaller error.
     pub missing_px: Option<f32>,
 }
 
@@ -48,7 +48,7 @@ impl Selector {
                 criterion.error_px(table.groups[block].at(lane), share, true) * placed.bias
             };
             // Every cut refines terminal groups, so they are loaded with the mesh.
-            let is_needed = |group: &usize| !is_set(&table.coarsest_refined, *group);
+            let is_needed = |group: &usize| !is_set(&table.terminal, *group);
             for group in set_bits(&cut.refined).filter(is_needed) {
                 let is_missing = !is_set(available, group);
                 visit(GroupDemand {

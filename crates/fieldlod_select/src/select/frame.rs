@@ -42,7 +42,8 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Whether instances may keep their states. After other changes each instance is decided again.
+    /// Whether instances may keep their states. If layers, forced level, visible flux or available groups have changed,
+    /// each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
             // These change what is drawn within the same limits.
@@ -83,17 +84,5 @@ impl Input {
             revision: scene.revision,
             available_revision: scene.available_revision,
         }
-    }
-
-    /// Whether only the pose and the instances differ.
-    pub(super) fn differs_by_pose_alone(&self, last: &Self) -> bool {
-        let view = View {
-            camera_from_world: last.view.camera_from_world,
-            eye_in_world: last.view.eye_in_world,
-            ..self.view
-        };
-        // Instances that moved have no hold any more: see `update_limits_of`.
-        let is_same = self.available_revision == last.available_revision;
-        is_same && view == last.view && self.settings == last.settings
     }
 }

@@ -1,6 +1,5 @@
 //! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
-use super::motion::Hold;
 use crate::hidden::held_shares::ShareMemory;
 use crate::scene::table::GroupTable;
 
@@ -21,8 +20,6 @@ pub(crate) struct InstanceCut {
     triangle_count: u64,
     /// The visible shares of the groups.
     pub(super) shares: ShareMemory,
-    /// How far the camera may move before the cut must be tested again.
-    pub(crate) hold: Option<Hold>,
 }
 
 impl InstanceCut {
@@ -38,13 +35,12 @@ impl InstanceCut {
                 self.refined.clear();
                 self.refined.push(table.refined_at_level(level));
             }
-            None => self.refined.clone_from(&table.coarsest_refined),
+            None => self.refined.clone_from(&table.terminal),
         }
         self.units.clear();
         self.units.extend_from_slice(units);
         self.triangle_count = triangle_count;
         self.shares.clear();
-        self.hold = None;
         // The first decision always gathers units.
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
@@ -55,7 +51,6 @@ impl InstanceCut {
         table: &GroupTable,
         decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
     ) -> bool {
-        self.hold = None;
         std::mem::swap(&mut self.own, &mut self.own_before);
         decision(&self.shares, &self.refined, &mut self.own);
         let are_units_known = self.available_revision == table.available_revision;
@@ -88,15 +83,6 @@ impl InstanceCut {
             }
         };
         self.triangle_count = table.gather_units(refined, &mut self.units);
-    }
-
-    /// Returns `true` if the cut stays the same with the decisions `own`. Groups of the stored `own` still exceed their
-    /// thresholds. Groups outside `refined` do not.
-    pub(crate) fn is_same_for(&self, own: &[u64]) -> bool {
-        let words = own.iter().zip(&self.own).zip(&self.refined);
-        words.fold(true, |is_same, ((now, own), refined)| {
-            is_same && now & !refined == 0 && own & !now == 0
-        })
     }
 
     /// The units drawn and their triangles.

@@ -34,9 +34,6 @@ impl SceneCuts {
             return self.draw_whole(frame, slot, InstanceState::Coarsest(mesh));
         }
         let was = self.memories[slot].state;
-        if self.holds(was) {
-            return;
-        }
         let candidate = Candidate {
             near,
             id: occupant.id,
@@ -64,8 +61,6 @@ impl SceneCuts {
         let coarsest = table.group_count - 1;
         let was = match candidate.was {
             InstanceState::AtLevel(_, level) => usize::from(level),
-            // While some groups were not loaded, the instance had a cut of groups.
-            InstanceState::Mixed(key) => self.pool.at(key).refined[0].trailing_zeros() as usize,
             _ => coarsest,
         };
         let level = match frame.settings.forced_level {
@@ -159,49 +154,8 @@ impl SceneCuts {
         stays
     }
 
-    /// Whether the cut of an instance holds for the camera's motion so far.
-    fn holds(&self, state: InstanceState) -> bool {
-        let InstanceState::Mixed(key) = state else {
-            return false;
-        };
-        let hold = &self.pool.at(key).hold;
-        hold.as_ref()
-            .is_some_and(|hold| self.odometer.is_within(hold))
-    }
-
-    /// Tests whether the cut of an instance holds for the next frames too.
-    fn extend_hold(&mut self, frame: &Frame, candidate: &Candidate) -> bool {
-        let &Candidate { table, placed, .. } = candidate;
-        let InstanceState::Mixed(key) = candidate.was else {
-            return false;
-        };
-        let settings = frame.settings;
-        // A visible share may change in any frame, and a forced level needs no hold.
-        let may_hold = settings.visible_flux.is_none() && settings.forced_level.is_none();
-        let ahead = self.odometer.ahead.filter(|_| may_hold);
-        let drift = ahead.and_then(|ahead| frame.test.lens.drift(&placed.sphere, ahead));
-        let (Some(ahead), Some(drift)) = (ahead, drift) else {
-            return false;
-        };
-        let view = InstanceView::new(frame.view, &placed.world_from_local);
-        // An uneven stretch depends on the direction, which the drift does not bound.
-        if view.seen_stretch.is_some() {
-            return false;
-        }
-        let cut = self.pool.at_mut(key);
-        let decision = Decision::new(&view, settings, placed.bias, Shares::FULL);
-        let decision = decision.throughout(drift);
-        decision.decide(table, &cut.refined, &mut self.own_throughout);
-        let is_same = cut.is_same_for(&self.own_throughout);
-        cut.hold = is_same.then(|| self.odometer.hold(ahead));
-        is_same
-    }
-
     /// Decides the groups of an instance.
     fn decide_groups(&mut self, frame: &Frame, candidate: &Candidate) {
-        if self.extend_hold(frame, candidate) {
-            return;
-        }
         let &Candidate {
             near,
             id,
@@ -240,10 +194,7 @@ impl SceneCuts {
             self.changes.record(id, &cut.units_before, now);
             self.triangle_count = self.triangle_count + triangles - triangles_before;
         }
-        // Near the threshold the limits of the coarsest level may fail in each frame: a cut by groups may hold longer.
-        let may_rest = settings.forced_level.is_none()
-            && (settings.visible_flux.is_some() || candidate.fits_coarsest(frame, 1.0));
-        let is_coarsest = may_rest && cut.refined == table.coarsest_refined;
+        let is_coarsest = settings.forced_level.is_none() && cut.refined == table.terminal;
         // The changes to this cut are recorded. The coarsest state has the same units, and frees the cut.
         self.memories[slot].state = InstanceState::Mixed(key);
         let state = if is_coarsest {

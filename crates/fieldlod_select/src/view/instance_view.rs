@@ -25,9 +25,7 @@ impl InstanceView {
     /// Prepares the instance placed by `world_from_local`, any affine map, for `view`.
     #[must_use]
     pub fn new(view: &View, world_from_local: &Affine3A) -> Self {
-        // Relative to the eye, which keeps digits far from the origin.
-        let camera_from_local = view.camera_from_world * Mat3::from(world_from_local.matrix3);
-        let origin_from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
+        let (camera_from_local, origin_in_camera) = camera_from_local(view, world_from_local);
         let camera_per_local = largest_stretch(&camera_from_local);
         // A similarity turns normals without stretching them unevenly.
         let normal_map = normal_map(&camera_from_local);
@@ -44,7 +42,7 @@ impl InstanceView {
             camera: view.camera,
             kept_camera: view.kept_camera,
             camera_from_local,
-            origin_in_camera: view.camera_from_world * origin_from_eye,
+            origin_in_camera,
             normal_in_camera_from_local,
             camera_per_local,
             seen_stretch,
@@ -63,6 +61,14 @@ impl InstanceView {
             radius: self.camera_per_local * sphere.radius,
         }
     }
+}
+
+/// The map from local space to camera space: linear part and origin.
+pub(crate) fn camera_from_local(view: &View, world_from_local: &Affine3A) -> (Mat3, Vec3) {
+    // Relative to the eye, which keeps digits far from the origin.
+    let from_eye = Vec3::from(world_from_local.translation) - view.eye_in_world;
+    let linear = view.camera_from_world * Mat3::from(world_from_local.matrix3);
+    (linear, view.camera_from_world * from_eye)
 }
 
 /// The inverse transpose up to a positive factor, without dividing: cofactors times the sign of the

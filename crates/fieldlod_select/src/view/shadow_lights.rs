@@ -11,7 +11,7 @@ use crate::lanes::smaller;
 use crate::scene::columns::{EightSpheres, sphere_at};
 
 /// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
-/// instance outside the view.
+/// instance.
 const MOST_LIGHTS: usize = 4;
 /// Sine of the angle below which a direction counts as parallel to a side. The rounding of a few operations is far
 /// smaller, and a larger sine only keeps more casters.

@@ -1,4 +1,4 @@
-//! Scenes whose instances come and go, and selectors beside the specification: every instance by itself.
+//! Scenes with changing instances, and selectors that are compared with the specification of each instance.
 
 use std::collections::BTreeMap;
 
@@ -154,7 +154,7 @@ impl Watcher {
     }
 }
 
-/// The specification of one instance, with the bits of its last cut.
+/// The specification of one instance, with its last cut and its held shares.
 #[derive(Default)]
 struct Naive {
     cut: Cut,

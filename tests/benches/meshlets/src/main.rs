@@ -2,8 +2,9 @@
 //!
 //! `cargo run --release --manifest-path tests/benches/meshlets/Cargo.toml -- 45`, with the number of rocks. It is a
 //! program of its own because Bevy's meshlets link meshoptimizer 0.6 and this project 0.7, under the same C symbols.
-//! The rocks, the camera and the sun resemble those of the scene `boulders` of the bench `whole_frame`. Times and image
-//! errors can be compared as shares of those at full detail. The exit code is 2 if the adapter cannot run meshlets.
+//! The rocks, the camera and the sun resemble those of the scene `boulders` of the bench `whole_frame`. Times can
+//! be compared as shares of the time at full detail. Image errors are differences from full detail in both programs.
+//! The exit code is 2 if the adapter cannot run meshlets.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -80,7 +81,7 @@ fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Checks that the adapter can run meshlets. It is requested as Bevy does.
+/// Checks that the adapter that Bevy requests by default can run meshlets.
 fn check_adapter() -> Result<(), String> {
     let instance =
         wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
@@ -287,7 +288,7 @@ fn rock(seed: u64) -> Mesh {
     let mut mesh = Sphere::new(1.0)
         .mesh()
         .ico(SUBDIVISIONS)
-        .expect("few enough");
+        .expect("fewer than 80 subdivisions");
     if let Some(VertexAttributeValues::Float32x3(positions)) =
         mesh.attribute_mut(Mesh::ATTRIBUTE_POSITION)
     {

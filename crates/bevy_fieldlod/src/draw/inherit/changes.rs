@@ -15,8 +15,8 @@ use crate::scene::lod_scene::LodScene;
 /// Objects that may have units, which are their children.
 type HasUnits = (With<LodObject>, With<Children>);
 
-/// Objects without a [`StandardMaterial`]. In Bevy, resources are entities too: `EntityRef` alone would conflict with all
-/// systems that write resources.
+/// Objects without a [`StandardMaterial`]. In Bevy, resources are entities too: `EntityRef` alone would conflict with
+/// all systems that write resources.
 type OtherMaterials = (
     HasUnits,
     Without<MeshMaterial3d<StandardMaterial>>,

@@ -41,7 +41,7 @@ impl BakeJob {
         member.check_file(|| {
             let mut all = member.sources().unwrap_or_default().iter();
             all.try_for_each(|one| match one.find_hierarchy(baked, None, file) {
-                // The file skips faulty primitives, which no bake accepts.
+                // The file lacks faulty primitives, which no bake accepts.
                 Err(error) if one.clone().into_mesh().validate().is_ok() => Err(error),
                 _ => Ok(()),
             })

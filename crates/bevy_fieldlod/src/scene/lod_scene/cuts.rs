@@ -59,7 +59,7 @@ impl LodScene {
                 self.idle_units.push_back((record, self.frame));
             }
         }
-        // Their level is the finest of the other views.
+        // The level of a whole mesh is then the finest of the other views.
         self.swap_all_whole_meshes();
     }
 
@@ -80,7 +80,7 @@ impl LodScene {
         entities
     }
 
-    /// Removes those of the given units of meshes that no view draws, and returns their entities.
+    /// Removes the given units of meshes that no view draws, and returns their entities.
     pub(crate) fn remove_idle_units(&mut self, units: &HashMap<MeshId, Vec<u32>>) -> Vec<Entity> {
         let mut records = Vec::new();
         for instance in self.instances.iter().flatten() {

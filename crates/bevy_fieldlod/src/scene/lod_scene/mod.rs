@@ -235,8 +235,8 @@ impl LodScene {
         }
         let is_unused = |mesh: &mut Arc<LodMesh>| Arc::strong_count(mesh) == 1;
         self.unused.extend(self.retired.extract_if(.., is_unused));
-        // A record is reused only after every view has cleared its bit: otherwise a new unit would be in the cut of an old
-        // one.
+        // A record is reused only after every view has cleared its bit: otherwise a new unit would be in the cut of an
+        // old one.
         if !self.records.freed().is_empty() {
             views.for_each(|view| view.remove(self.records.freed()));
             self.records.recycle();

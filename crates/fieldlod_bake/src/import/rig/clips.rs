@@ -1,6 +1,6 @@
 //! Animation clips.
 //!
-//! Faulty channels and clips are left out without an error, because levels do not need them.
+//! Faulty channels and clips are left out without an error, because a bake also works without clips.
 
 use gltf::Document;
 use serde_json::Value;
@@ -134,7 +134,7 @@ impl Channel {
         !self.times.is_empty() && self.times.is_sorted() && are_finite && is_whole
     }
 
-    /// How many numbers one value has.
+    /// Number of components of a value.
     fn width(&self) -> usize {
         self.values.len() / (self.times.len().max(1) * self.values_per_keyframe())
     }

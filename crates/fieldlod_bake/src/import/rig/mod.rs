@@ -200,7 +200,7 @@ fn read_matrices(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<Mat4>
     Ok(matrices.iter().map(Mat4::from_cols_array).collect())
 }
 
-/// Reads the rig of a primitive. `skin` is its skin with its index.
+/// Reads the rig of a primitive. `skin` is the primitive's skin and the index of the skin.
 pub(super) fn read_rig(
     primitive: &Primitive<'_>,
     vertices: VertexReader<'_>,

@@ -207,7 +207,7 @@ pub(crate) fn power_of_two_below(positions: &[Vec3]) -> f32 {
         .iter()
         .map(|p| p.abs().max_element())
         .fold(0.0, f32::max);
-    // Keep only the exponent. Zero and denormals give the smallest number with a finite reciprocal.
+    // Keep only the exponent. Zero and denormals give the smallest normal number, whose reciprocal is finite.
     f32::from_bits(largest.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE)
 }
 

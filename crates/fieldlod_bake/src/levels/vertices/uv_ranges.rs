@@ -1,5 +1,5 @@
 //! Clamps texture coordinates to the part of the texture that their patch uses. The simplifier extrapolates them if
-//! vertices move. In an atlas, they would then reach the texels of another leaf or strand of hair.
+//! vertices move. Without the clamp, they would reach texels of another leaf or strand of hair in an atlas.
 
 use crate::levels::vertices::attributes::AttributeLayout;
 use crate::levels::vertices::{LevelVertices, Piece};

@@ -26,14 +26,14 @@ use crate::mesh::triangle_tree::triangles_4::{Boxes4, OrientedBoxes4, Triangles4
 pub struct TriangleTree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// Thinner boxes of each node of a tree of needles; otherwise empty. The other boxes of needles with a common tip
-    /// contain each other, so a search would visit most of them.
+    /// Thinner boxes of each node of a tree of needles; otherwise empty. Axis-aligned boxes of needles with a common
+    /// tip overlap, so a search would visit most of them.
     oriented: Vec<OrientedBoxes4>,
 }
 
-/// A tree has oriented boxes if the boxes of its leaves have more than this times the area of its triangles. Scans and
-/// props have 3 to 17 times, a disc of 5,000 needles 72 times, and one of 20,000 up to 509 times. Without oriented boxes,
-/// the bake of a disc takes 1.7 times as long with 20,000 needles and 1.9 times with 50,000.
+/// A tree has oriented boxes if half the surface of its leaf boxes is more than this times the area of its triangles.
+/// Scans and props have 3 to 17 times, a disc of 5,000 needles 72 times, and one of 20,000 up to 509 times. Without
+/// oriented boxes, the bake of a disc takes 1.7 times as long with 20,000 needles and 1.9 times with 50,000.
 const NEEDLES_ABOVE: f32 = 64.0;
 
 /// Up to four bounding boxes and their children: nodes, or leaves if [`IS_LEAF`] is set.

@@ -155,7 +155,7 @@ impl Boxes4 {
         self.distances_squared_to(Vec3x4::splat(point))
     }
 
-    /// Squared distances from a point for each box; 0 inside.
+    /// Squared distance of each box from its own point; 0 inside.
     #[inline(always)]
     fn distances_squared_to(&self, points: Vec3x4) -> Vec4 {
         let outside = |min: Vec4, max: Vec4, p: Vec4| (min - p).max(p - max).max(Vec4::ZERO);
@@ -205,8 +205,8 @@ impl OrientedBoxes4 {
     }
 }
 
-/// Three perpendicular unit vectors: along the longest extent of the points, across the plane of its ends and the point
-/// farthest from it, and within that plane.
+/// Three perpendicular unit vectors. The first is along the longest extent of the points. The second is the normal of
+/// the plane of both ends and the point farthest from the extent. The third is within the plane.
 fn axes_of(points: &[Vec3]) -> [Vec3; 3] {
     let farthest = |distance: &dyn Fn(Vec3) -> f32| {
         let farther = |a: &Vec3, b: &Vec3| distance(*a).total_cmp(&distance(*b));
@@ -217,7 +217,7 @@ fn axes_of(points: &[Vec3]) -> [Vec3; 3] {
     let along = (to - from).normalize_or(Vec3::X);
     let beside = farthest(&|p| along.cross(p - from).length_squared());
     let across = along.cross(beside - from).normalize_or_zero();
-    // The plane of a needle is noise, and not perpendicular to it.
+    // For a needle, `across` is noise, and not exactly perpendicular to `along`.
     let across = (across - along * along.dot(across)).normalize_or_zero();
     let across = if across.is_normalized() {
         across

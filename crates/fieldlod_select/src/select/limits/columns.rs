@@ -37,7 +37,7 @@ impl LimitColumns {
         set(&mut self.chunks, slot / CHUNK, Limits::UNKNOWN);
     }
 
-    /// Recomputes the limits of a chunk; they are known only if all its instances are at their coarsest levels.
+    /// Recomputes the limits of a chunk; they are known only if none of its instances can become coarser.
     pub(crate) fn refit(&mut self, chunk: usize) {
         let first = chunk * (CHUNK / LANES);
         let end = self.instances.len().min(first + CHUNK / LANES);
@@ -45,7 +45,7 @@ impl LimitColumns {
         let mut are_coarsest = [1u8; LANES];
         for Eight([lowest, highest]) in &self.instances[first..end] {
             for lane in 0..LANES {
-                // `larger` ignores NaN.
+                // `larger` drops a NaN in its first argument.
                 let is_known = (lowest[lane] >= f32::INFINITY) & !highest[lane].is_nan();
                 are_coarsest[lane] &= u8::from(is_known);
                 most[lane] = larger(highest[lane], most[lane]);

@@ -10,13 +10,12 @@
 //! size of the sphere. The criterion would keep the cut of every instance that passes. NaN never passes.
 
 use camera_field::Camera;
-use fieldlod_hierarchy::Sphere;
 use glam::{Mat3, Vec3};
 
 use super::columns::EightLimits;
 use crate::criterion::extent::corner_secant;
 use crate::criterion::limits::{Allowed, ErrorUnits};
-use crate::criterion::{Drift, Motion, px_per_unit};
+use crate::criterion::px_per_unit;
 use crate::lanes::bits::{LANES, lane_bits, set_bits_of};
 use crate::lanes::{Eight, larger, smaller, with_avx2};
 use crate::scene::columns::{EightSpheres, sphere_at};
@@ -33,14 +32,14 @@ const ROUNDING: f32 = 1.001;
 
 /// The test of one view under one set of settings.
 pub(crate) struct KeepTest {
-    pub(crate) lens: LensTest,
+    lens: LensTest,
     shadows: Option<ShadowTest>,
 }
 
 /// The test without the shadows. Each pass copies it: through a reference, the compiler could not read a field of a
 /// branch that it turns into vector instructions.
 #[derive(Clone, Copy)]
-pub(crate) struct LensTest {
+struct LensTest {
     eye: Vec3,
     eye_slack: f32,
     camera_from_world: Mat3,
@@ -75,7 +74,7 @@ struct Sighted {
     slack: f32,
 }
 
-/// Bounds of errors, divided by threshold and scale.
+/// Bounds of allowed errors, divided by the [`Scale`].
 struct Bounds {
     /// In the view: errors up to the first certainly fit, errors above the second certainly exceed.
     in_view: [f32; 2],
@@ -96,7 +95,7 @@ pub(in crate::select) struct Near {
 /// Result of the test of eight instances of which some may change.
 #[derive(Debug)]
 pub(in crate::select) struct Looked {
-    /// The place of the first instance.
+    /// Index of the first instance among the tested instances.
     first: usize,
     /// Bits of the instances that keep their cuts.
     kept: u32,
@@ -268,50 +267,6 @@ impl LensTest {
         })
     }
 
-    /// The drift of an instance's groups during a motion of the camera; `None` if the instance may touch the view's
-    /// edge meanwhile, or if that is not known.
-    pub(crate) fn drift(&self, sphere: &Sphere, motion: Motion) -> Option<Drift> {
-        // Relaxed thresholds and single samples are not bounded.
-        if self.least_relaxation != 1.0 {
-            return None;
-        }
-        let sighted = self.sight(sphere.center, sphere.radius);
-        let distance = sighted.seen.dot(sighted.seen).sqrt();
-        let displacement =
-            motion.travel + motion.turn * (distance + sighted.radius) + sighted.slack * 2.0;
-        // A longer way changes errors by more than the hysteresis, so that few cuts would pass. With 0.05 to 0.4, a walk
-        // among 10,000 rocks took as long.
-        if displacement > 0.1 * distance {
-            return None;
-        }
-        let reach = sighted.radius + displacement;
-        // If errors outside count, an instance beyond the narrower view that casts no shadow is at its coarsest level.
-        let width = usize::from(self.on_axis.is_none());
-        let inside_by = self.inside_by(width, &sighted);
-        let stays_inside = reach < inside_by;
-        // Within half of the gap to the instance, no group reaches the camera.
-        let is_apart = self.is_orthographic || displacement < 0.5 * (distance - sighted.radius);
-        let reached = Sighted {
-            radius: reach,
-            ..sighted
-        };
-        // Outside of both views, errors count as on the axis.
-        let stays_outside = self.on_axis.is_some()
-            && is_apart
-            && self.is_outside(0, &reached)
-            && self.is_outside(1, &reached);
-        let chord = if self.is_orthographic {
-            motion.turn
-        } else {
-            motion.travel / (distance - reach)
-        };
-        // The chord has a margin for the rounding of unit vectors.
-        (stays_inside || stays_outside).then_some(Drift {
-            distance: displacement,
-            chord: chord + 1e-4,
-        })
-    }
-
     #[inline(always)]
     fn sight(&self, world: Vec3, radius: f32) -> Sighted {
         let size = world.x.abs() + world.y.abs() + world.z.abs();
@@ -323,7 +278,7 @@ impl LensTest {
         }
     }
 
-    /// Whether a sphere is certainly outside of the view that groups enter, 0, or leave, 1.
+    /// Whether a sphere is certainly outside the view that groups enter (`width` 0) or leave (`width` 1).
     #[inline(always)]
     fn is_outside(&self, width: usize, sighted: &Sighted) -> bool {
         sighted.radius < -self.inside_by(width, sighted)
@@ -339,7 +294,7 @@ impl LensTest {
     #[inline(always)]
     fn inside_by(&self, width: usize, sighted: &Sighted) -> f32 {
         let inside_by = self.sides[width].least_inside(sighted.seen);
-        // The sides of a perspective view meet at the eye; behind it, their signs are reversed.
+        // A sphere behind the eye may be near all sides of a narrow view. Its depth shows that it is outside.
         let in_front_by = smaller(inside_by, sighted.seen.z);
         if self.is_orthographic {
             inside_by
@@ -348,7 +303,7 @@ impl LensTest {
         }
     }
 
-    /// The largest error of groups that are certainly not refined, by whether they were.
+    /// The largest error of groups that are certainly not refined. `width` is 1 for groups that were refined, else 0.
     #[inline(always)]
     fn coarse(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
         // Without `on_axis`, errors outside are 0: any error is allowed there.
@@ -364,7 +319,7 @@ impl LensTest {
         if is_outside { outside } else { in_view }
     }
 
-    /// The error above which groups are certainly refined, by whether they were.
+    /// The error above which groups are certainly refined. `width` is 1 for groups that were refined, else 0.
     #[inline(always)]
     fn fine(&self, width: usize, sighted: &Sighted, bounds: &Bounds, is_dark: bool) -> f32 {
         // On the edge of the view, no error certainly refines.
@@ -379,8 +334,8 @@ impl LensTest {
         if is_inside { in_view } else { elsewhere }
     }
 
-    /// Bounds of errors in pixels, for any threshold. The wider view has wider corners, in which errors may be larger.
-    /// It therefore has an upper bound of its own; the lower bound is valid for both.
+    /// Bounds of allowed errors, for any threshold. The wider view has wider corners, in which errors may be larger.
+    /// It therefore has its own bound of errors that fit; the bound of errors that exceed is valid for both views.
     #[inline(always)]
     fn bounds(&self, width: usize, sighted: &Sighted) -> Bounds {
         let (least_cosine, relaxation) = (self.least_cosines[width], self.least_relaxation);

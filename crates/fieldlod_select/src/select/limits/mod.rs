@@ -78,10 +78,6 @@ impl SceneCuts {
         }
         let seen = occupant.seen_mesh(frame.view.layers);
         let state = self.memories[slot].state;
-        // A hold covers the motion of the camera only, and the instance may have moved.
-        if let InstanceState::Mixed(key) = state {
-            self.pool.at_mut(key).hold = None;
-        }
         let is_free = frame.settings.forced_level.is_none();
         let limits = if keeps_states && is_free && state.mesh() == seen {
             state.limits(frame, slot)

@@ -84,11 +84,6 @@ impl Soak {
         }
     }
 
-    /// A number below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        (self.random.next_u64() % end as u64) as usize
-    }
-
     /// Makes one change, draws a frame and checks what it drew.
     ///
     /// # Panics
@@ -130,7 +125,7 @@ impl Soak {
     }
 
     fn change_something(&mut self) {
-        match self.below(12) {
+        match self.random.index(12) {
             0 | 1 => self.spawn(),
             2 => self.despawn(),
             3 => self.clone_one(),
@@ -158,13 +153,13 @@ impl Soak {
             }),
             8 => self.minimize(),
             9 => {
-                let camera = self.cameras[self.below(2)];
-                let distance = 30.0 + self.below(200) as f32;
+                let camera = self.cameras[self.random.index(2)];
+                let distance = 30.0 + self.random.index(200) as f32;
                 let world = self.app.world_mut();
                 let mut pose = world.get_mut::<Transform>(camera).unwrap();
                 pose.translation.z = distance;
             }
-            10 if self.below(20) == 0 => self.change_mesh(),
+            10 if self.random.index(20) == 0 => self.change_mesh(),
             _ => {}
         }
     }
@@ -173,11 +168,11 @@ impl Soak {
         if self.objects.len() >= MOST_OBJECTS {
             return self.despawn();
         }
-        let source = self.below(self.sources.len());
+        let source = self.random.index(self.sources.len());
         let mesh = Mesh3d(self.sources[source].clone());
-        let place = [16, 10, 20].map(|size| self.below(size) as f32);
+        let place = [16, 10, 20].map(|size| self.random.index(size) as f32);
         let place = Vec3::from(place) - Vec3::new(8.0, 5.0, 20.0);
-        let kind = KINDS[self.below(KINDS.len())];
+        let kind = KINDS[self.random.index(KINDS.len())];
         let bundle = (
             mesh,
             AutoLod::of_kind(kind),
@@ -192,7 +187,7 @@ impl Soak {
 
     fn despawn(&mut self) {
         if !self.objects.is_empty() {
-            let index = self.below(self.objects.len());
+            let index = self.random.index(self.objects.len());
             let object = self.objects.swap_remove(index);
             self.app.world_mut().despawn(object.entity);
         }
@@ -202,8 +197,8 @@ impl Soak {
         if self.objects.is_empty() || self.objects.len() >= MOST_OBJECTS {
             return;
         }
-        let with_children = self.below(2) == 0;
-        let index = self.below(self.objects.len());
+        let with_children = self.random.index(2) == 0;
+        let index = self.random.index(self.objects.len());
         let original = self.objects[index];
         let mut entity = self.app.world_mut().entity_mut(original.entity);
         let clone = entity.clone_and_spawn_with_opt_out(move |cloner| {
@@ -217,13 +212,13 @@ impl Soak {
 
     fn change(&mut self, change: impl FnOnce(&mut Object, &mut World)) {
         if !self.objects.is_empty() {
-            let index = self.below(self.objects.len());
+            let index = self.random.index(self.objects.len());
             change(&mut self.objects[index], self.app.world_mut());
         }
     }
 
     fn minimize(&mut self) {
-        let which = self.below(2);
+        let which = self.random.index(2);
         self.has_pixels[which] = !self.has_pixels[which];
         let size = UVec2::new(1280, 720) * u32::from(self.has_pixels[which]);
         let changed = (RenderTarget::None { size }, Projection::default());
@@ -233,7 +228,7 @@ impl Soak {
 
     fn change_mesh(&mut self) {
         if !self.sources.is_empty() {
-            let source = self.below(self.sources.len());
+            let source = self.random.index(self.sources.len());
             let mut meshes = self.app.world_mut().resource_mut::<Assets<Mesh>>();
             let mesh = meshes.get_mut(&self.sources[source]);
             mesh.expect("`sources` has the handle").into_inner();

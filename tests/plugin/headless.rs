@@ -1,4 +1,4 @@
-//! An app without a window and a renderer, and its log.
+//! Apps without a window or renderer, and the lines that they log.
 
 use std::any::TypeId;
 use std::fmt::{Debug, Write};
@@ -33,7 +33,7 @@ pub(crate) fn app_without_cache() -> App {
     app_in(Path::new("."))
 }
 
-/// An app with the plugin that reads assets from `folder`.
+/// An app with the plugin. The app reads assets from `folder`.
 pub(crate) fn app_in(folder: &Path) -> App {
     let mut app = unfinished(AssetPlugin {
         file_path: folder.display().to_string(),
@@ -57,8 +57,8 @@ fn share_bakes(app: &mut App) {
     config.cache_folder = Some(apps::shared_cache());
 }
 
-/// An app with a camera at `distance` from the origin, and a rock with its levels of detail at the origin. The rock is
-/// a prop after 4 subdivisions, and has units after 5 and more.
+/// An app with a camera at `distance` from the origin, and a rock with its levels of detail at the origin. A rock
+/// of 4 subdivisions is a prop; one of 5 or more has units.
 pub(crate) fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
     let mut app = app();
     let camera = spawn_camera(&mut app, distance);
@@ -67,7 +67,7 @@ pub(crate) fn before_a_camera(subdivisions: u32, distance: f32) -> (App, Entity,
     (app, camera, rock)
 }
 
-/// An app with the plugin that may get more plugins before [`finish`].
+/// An app with the plugin, to which more plugins can be added before [`finish`].
 pub(crate) fn unfinished(assets: AssetPlugin) -> App {
     unfinished_in(App::new(), assets)
 }
@@ -79,7 +79,7 @@ pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
     app
 }
 
-/// An app with the plugins of Bevy that the plugin needs. Its frames take less time than those of [`app`].
+/// An app with only those plugins of Bevy that `FieldLodPlugin` needs. Frames take less time than those of [`app`].
 pub(crate) fn minimal_app() -> App {
     let mut app = App::new();
     app.add_plugins((
@@ -140,7 +140,7 @@ pub(crate) fn origins(app: &App) -> Vec<LodOrigin> {
         .collect()
 }
 
-/// Runs frames until `done`.
+/// Runs frames until `done` returns `true`. Panics after two minutes and names `what`.
 pub(crate) fn run_until(app: &mut App, what: &str, mut done: impl FnMut(&mut App) -> bool) {
     let deadline = Instant::now() + Duration::from_secs(120);
     while !done(app) {
@@ -156,7 +156,7 @@ pub(crate) fn progress(app: &App) -> FieldLodProgress {
     *app.world().resource::<FieldLodProgress>()
 }
 
-/// Runs frames until `count` objects are drawn with levels of detail, and one more.
+/// Runs frames until `count` objects have levels of detail, and one more frame.
 pub(crate) fn ready(app: &mut App, count: u32) {
     run_until(app, "objects are ready", |app| progress(app).ready == count);
     app.update();
@@ -236,7 +236,7 @@ pub(crate) fn spawn_camera(app: &mut App, distance: f32) -> Entity {
     apps::spawn_camera(app.world_mut(), UVec2::new(1280, 720), pose)
 }
 
-/// Spawns a sun with shadows, at the side of positive x.
+/// Spawns a sun with shadows, in the direction of positive x and y.
 pub(crate) fn spawn_sun(app: &mut App) {
     app.world_mut().spawn((
         DirectionalLight {
@@ -247,12 +247,12 @@ pub(crate) fn spawn_sun(app: &mut App) {
     ));
 }
 
-/// Whether a line at `level` with all of `words` was logged.
+/// Whether any app of this process logged a line at `level` with all of `words`.
 pub(crate) fn logged(level: Level, words: &[&str]) -> bool {
     logged_times(level, words) > 0
 }
 
-/// The number of logged lines at `level` with all of `words`.
+/// The number of lines at `level` with all of `words` that the apps of this process logged.
 pub(crate) fn logged_times(level: Level, words: &[&str]) -> usize {
     let lines = LINES.lock().unwrap();
     let has_all = |line: &str| words.iter().all(|word| line.contains(word));

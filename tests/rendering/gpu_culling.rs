@@ -27,7 +27,7 @@ struct Story {
 
 /// A sun on layers 0 and 1.
 fn spawn_sun(stage: &mut Stage) -> Entity {
-    // Shadows fall into the second cascade.
+    // The first cascade ends before the rocks: later cascades must have shadows too.
     let cascades = CascadeShadowConfigBuilder {
         first_cascade_far_bound: 2.0,
         ..default()
@@ -97,7 +97,7 @@ impl Story {
         self.eyes.push(eye);
     }
 
-    /// Pictures of the frame after the next.
+    /// Draws two frames, and waits for pictures of the second.
     fn pictures(&mut self) -> Vec<RgbaImage> {
         let pending = self.draw();
         pending.iter().map(|one| self.stage.wait(one)).collect()
@@ -112,7 +112,7 @@ impl Story {
         pending
     }
 
-    /// The first eye's picture, with motion blur, of a frame in which objects move and units are spawned.
+    /// Enables motion blur. Returns the first eye's picture of a frame in which objects move and units are spawned.
     fn smeared(&mut self) -> RgbaImage {
         let blur = MotionBlur {
             shutter_angle: 1.0,
@@ -126,7 +126,7 @@ impl Story {
             let place = Transform::from_xyz(x, 1.5, 0.0);
             self.stage.insert(entity, place);
         }
-        // The noise of the blur depends on the frame.
+        // The noise of the blur depends on the frame count, which may differ between two apps.
         *self.stage.app.world_mut().resource_mut::<FrameCount>() = FrameCount(1_000);
         let pending = self.stage.request(&[&self.eyes[0]]);
         self.stage.wait(&pending[0])
@@ -142,10 +142,10 @@ const STEPS: [Step; 14] = [
         story.stage.insert(story.eyes[0].entity, pose);
     }),
     ("a camera is added", |story| story.add_eye(20.0, 0.0)),
-    ("an object is on another layer", |story| {
+    ("an object moves to another layer", |story| {
         story.stage.insert(story.boulder, RenderLayers::layer(1));
     }),
-    ("a camera sees that layer", |story| {
+    ("a camera draws layers 0 and 1", |story| {
         let layers = RenderLayers::from_layers(&[0, 1]);
         story.stage.insert(story.eyes[0].entity, layers);
     }),
@@ -166,7 +166,7 @@ const STEPS: [Step; 14] = [
         let settings = FieldLodCamera::at_level(0);
         story.stage.insert(story.eyes[1].entity, settings);
     }),
-    ("the camera sees a cut again", |story| {
+    ("the camera sees a cut again, and another pauses", |story| {
         let settings = FieldLodCamera::with_error_px(100.0);
         story.stage.insert(story.eyes[1].entity, settings);
         story.stage.set_active(&story.eyes[0], false);
@@ -176,7 +176,7 @@ const STEPS: [Step; 14] = [
     ("a light is hidden", |story| {
         story.stage.insert(story.sun, Visibility::Hidden);
     }),
-    // In Bevy 0.19.1, a hidden light has no shadows when it is shown again.
+    // In Bevy 0.19.1, a light that was hidden has no shadows when shown again, so a new light replaces it.
     ("another light is added", |story| {
         story.stage.app.update();
         story.stage.app.world_mut().entity_mut(story.sun).despawn();
@@ -203,7 +203,7 @@ fn gpu_lists_equal_cpu_lists() {
         assert!(!units.is_empty());
         units.iter().all(|&is_on| is_on) && world.entity(story.prop).contains::<NoCpuCulling>()
     };
-    assert!(on_gpu(&mut kept), "the adapter does not cull");
+    assert!(on_gpu(&mut kept), "GPU culling is unsupported");
     assert!(!on_gpu(&mut filtered));
     let frames = STEPS.map(|(_, step)| {
         [&mut kept, &mut filtered].map(|story| {
@@ -226,7 +226,7 @@ fn gpu_lists_equal_cpu_lists() {
         let has_changed = |(now, before): (&RgbaImage, &RgbaImage)| now != before;
         let changes =
             pictures.len() > before.len() || pictures.iter().zip(&before).any(has_changed);
-        assert!(changes, "{name}: nothing changes");
+        assert!(changes, "{name}: no picture changes");
         before = pictures;
     }
 }
@@ -253,13 +253,13 @@ fn no_indirect_drawing_uses_cpu_lists() {
 
 #[test]
 fn motion_blur_is_equal_with_gpu_lists() {
-    let (Some(mut kept), Some(mut filtered)) = (Story::new(true), Story::new(false)) else {
+    let (Some(mut on_gpu), Some(mut on_cpu)) = (Story::new(true), Story::new(false)) else {
         return;
     };
-    let (smeared, expected) = (kept.smeared(), filtered.smeared());
+    let (smeared, expected) = (on_gpu.smeared(), on_cpu.smeared());
     assert_eq!(count(&difference(&smeared, &expected)), 0);
-    // The same picture without motion.
-    let sharp = &kept.pictures()[0];
+    // Nothing moves in this picture, so the blur leaves it sharp.
+    let sharp = &on_gpu.pictures()[0];
     let differing = count(&difference(&smeared, sharp));
-    assert!(differing > 250, "{differing} pixels are smeared");
+    assert!(differing > 250, "only {differing} pixels are blurred");
 }

@@ -93,7 +93,7 @@ pub(super) fn car(detail: u32, length: f32) -> SourceMesh {
     fixtures::joined(&parts)
 }
 
-/// A lamp of about 800 triangles: a pole and a globe.
+/// A lamp of 800 triangles: a pole and a globe.
 pub(super) fn lamp(height: f32) -> SourceMesh {
     let pole = tube(20, 12, |along, around| {
         let radius = 0.06 + 0.1 * (-along * 20.0).exp();
@@ -108,8 +108,8 @@ pub(super) fn lamp(height: f32) -> SourceMesh {
     fixtures::joined(&[pole, globe])
 }
 
-/// A surface of `2 · rings · around` triangles along a tube. `at` gets the share of the length, and a point with x⁴ +
-/// y⁴ = 1.
+/// A tube of `2 · rings · around` triangles with open ends. `at` maps the share of the length, and a point with
+/// x⁴ + y⁴ = 1, to a position.
 fn tube(rings: u32, around: u32, at: impl Fn(f32, Vec2) -> Vec3) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     for ring in 0..=rings {
@@ -142,7 +142,7 @@ fn push_box(mesh: &mut SourceMesh, center: Vec3, half: Vec3) {
     }
 }
 
-/// A quad with vertices of its own, counterclockwise.
+/// Adds a quad with its own vertices. The corners are counterclockwise.
 fn push_quad(mesh: &mut SourceMesh, corners: [Vec3; 4]) {
     let first = mesh.positions.len() as u32;
     let normal = (corners[1] - corners[0]).cross(corners[3] - corners[0]);

@@ -14,7 +14,7 @@ fn without_files(_: &str) -> std::io::Result<Vec<u8>> {
     Err(std::io::ErrorKind::NotFound.into())
 }
 
-/// A rock, and the same rock with three unused vertices at the start, in the middle and at the end.
+/// A rock, and the same rock with an unused vertex at the start, in the middle and at the end.
 fn with_unused(position: Vec3) -> (SourceMesh, SourceMesh) {
     let rock = fixtures::rock(3, 1);
     let mut whole = rock.clone();
@@ -138,6 +138,7 @@ fn trailing_bytes_and_byte_order_marks_are_ignored() {
     assert_eq!(import.primitives[0].mesh, mesh);
     let text = file.json.to_string();
     let marked = [b"\xef\xbb\xbf", text.as_bytes()].concat();
+    // The JSON after the mark is read: only the bytes of the buffer are missing.
     let fault = import_gltf(&file.write("mark.gltf", &marked)).unwrap_err();
     assert!(matches!(fault, ImportError::Buffer { .. }), "{fault}");
 }
@@ -187,7 +188,7 @@ fn errors_truncate_long_uris() {
     }
 }
 
-/// Bevy reads the unpacked file, and the bake imports the same mesh from both.
+/// The bake imports the same primitives from the packed and from the unpacked file.
 #[test]
 fn unpacked_file_has_floats_in_one_buffer() {
     let mesh = fixtures::plane(8);

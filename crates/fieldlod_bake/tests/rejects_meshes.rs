@@ -1,4 +1,4 @@
-//! Faults of meshes and settings.
+//! Invalid meshes and settings are rejected; invalid attributes are replaced.
 
 use fieldlod_bake::{BakeConfig, MeshError, SourceMesh, bake_mesh, fixtures};
 use glam::{Vec2, Vec3};
@@ -32,34 +32,34 @@ fn rejects_faulty_meshes() {
 #[test]
 fn rejects_settings_out_of_range() {
     let mesh = fixtures::plane(2);
-    let fine = BakeConfig::default;
+    let valid = BakeConfig::default;
     for (field, config) in [
         (
             "cluster_triangles",
             BakeConfig {
                 cluster_triangles: 257,
-                ..fine()
+                ..valid()
             },
         ),
         (
             "group_clusters",
             BakeConfig {
                 group_clusters: 1,
-                ..fine()
+                ..valid()
             },
         ),
         (
             "stuck_ratio",
             BakeConfig {
                 stuck_ratio: 1.5,
-                ..fine()
+                ..valid()
             },
         ),
         (
             "simplify_ratio",
             BakeConfig {
                 simplify_ratio: 0.9,
-                ..fine()
+                ..valid()
             },
         ),
     ] {
@@ -75,6 +75,7 @@ fn replaces_attributes_that_are_not_finite() {
     let mut mesh = fixtures::height_field(60);
     mesh.normals[7] = Vec3::splat(f32::NAN);
     mesh.uvs[9] = Vec2::splat(f32::INFINITY);
+    // Finite, but sums of two overflow.
     mesh.uvs[11] = Vec2::splat(3e38);
     let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
     hierarchy.validate().unwrap();

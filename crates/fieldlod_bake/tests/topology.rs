@@ -21,8 +21,8 @@ fn area(baked: &Hierarchy, cut: &WholeMeshCut) -> f32 {
     triangles.sum()
 }
 
-/// Asserts that levels of over 200 triangles match another bake in triangles and area up to `share`. Deviations may be
-/// larger by four times `share`, or smaller.
+/// Asserts that two bakes have equally many levels. In simplified levels of over 200 triangles, triangles and area
+/// differ by at most `share`. Deviations may be larger by four times `share`, or smaller.
 fn assert_similar_levels(baked: &Hierarchy, of: &Hierarchy, share: f32) {
     let [own, wanted] = [baked, of].map(Hierarchy::whole_mesh_cuts);
     assert_eq!(
@@ -110,7 +110,7 @@ fn both_sides_of_sheets_are_simplified_alike() {
     }
 }
 
-/// Asserts that every triangle has a twin at the same place that faces the other way.
+/// Asserts that every triangle has a twin with the same corners in the opposite order.
 fn assert_faces_cancel(baked: &Hierarchy, cut: &WholeMeshCut) {
     let key = |triangle: &[u32; 3], order: [usize; 3]| {
         let bits = order.map(|corner| {

@@ -21,14 +21,14 @@ impl Failure {
     }
 }
 
-/// Errors that name their file themselves.
+/// Errors that name their file themselves, or concern no file.
 impl<E: Error> From<E> for Failure {
     fn from(error: E) -> Self {
         Self(error.to_string())
     }
 }
 
-/// The exit code of a command: 1 for a failure, which prints one line on standard error.
+/// The exit code of a command: 1 for a failure. Prints the failure as one line on standard error.
 #[must_use]
 pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     match result {
@@ -41,10 +41,10 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
     }
 }
 
-/// Prints a result as one JSON object or as text. A pipe that is closed early, for example by `head`, is ignored.
+/// Prints a result as JSON or as text. A pipe that is closed early, for example by `head`, is ignored.
 ///
 /// # Errors
-/// A [`Failure`] of standard output.
+/// A [`Failure`] if the result could not be serialized or written.
 pub fn print<T: Serialize>(
     result: &T,
     as_json: bool,
@@ -63,7 +63,7 @@ pub fn print<T: Serialize>(
     }
 }
 
-/// A progress bar on standard error; hidden if that is not a terminal.
+/// A progress bar on standard error; hidden if standard error is not a terminal.
 #[must_use]
 pub fn progress_bar(template: &str) -> ProgressBar {
     let bar = ProgressBar::new(0);
@@ -79,12 +79,13 @@ pub fn progress_bar(template: &str) -> ProgressBar {
 /// A [`Failure`] with the file's name and the system's error.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let temporary = temporary_name(path);
-    let written = write_synced(&temporary, bytes).and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|error| {
+    // Another process with the same id, for example in a container, must not write the same file.
+    let written = File::create_new(&temporary).and_then(|file| {
+        let written = write_synced(file, bytes).and_then(|()| fs::rename(&temporary, path));
         // Ignore an error of the removal. The error of the write is reported.
-        let _ = fs::remove_file(&temporary);
-        Failure::new(path, format!("could not be written: {error}"))
-    })
+        written.inspect_err(|_| drop(fs::remove_file(&temporary)))
+    });
+    written.map_err(|error| Failure::new(path, format!("could not be written: {error}")))
 }
 
 fn temporary_name(path: &Path) -> PathBuf {
@@ -92,9 +93,7 @@ fn temporary_name(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}.tmp", std::process::id()))
 }
 
-fn write_synced(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    // Another process with the same id, for example in a container, must not write the same file.
-    let mut file = File::create_new(path)?;
+fn write_synced(mut file: File, bytes: &[u8]) -> io::Result<()> {
     file.write_all(bytes)?;
     // Otherwise the new name may be written to disk before the contents.
     file.sync_all()

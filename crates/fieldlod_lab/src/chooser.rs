@@ -41,7 +41,7 @@ impl Chooser {
             Method::Quality | Method::Guaranteed => self.select(view),
             Method::Clusterlod | Method::ClusterlodOnOurLevels => refine_if(view, |group| {
                 let error_px = clusterlod_error_px(view, group);
-                // NaN comes from a NaN transform. Full detail is the safe answer.
+                // A NaN transform gives a NaN error. Full detail is the safe fallback.
                 error_px.is_nan() || error_px > threshold_px
             }),
             Method::Godot => whole_level(view, godot_level(view, threshold_px)),
@@ -67,7 +67,8 @@ impl Chooser {
 /// The cut that draws the whole object at one level.
 fn whole_level(view: &ObjectView, level: u32) -> Choice {
     let groups = &view.object.hierarchy.groups;
-    // A group of level n simplifies units of level n. Refining it and all coarser groups leaves these units.
+    // A group of level n simplifies units of level n or finer. Refining all groups from `level` on leaves the units of
+    // `level`, and finer units where no coarser ones exist.
     refine_if(view, |group| groups[group].level >= level)
 }
 

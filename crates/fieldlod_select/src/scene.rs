@@ -47,13 +47,13 @@ impl InstanceId {
     }
 }
 
-/// The instance that has an index, or had it until it was removed.
+/// An instance. A removed instance keeps its index until another instance takes it.
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     /// `None` once removed.
     pub(crate) mesh: Option<MeshId>,
     pub(crate) generation: u32,
-    /// The slot of the instance in the columns; `None` until the next [`Scene::update`], and once removed.
+    /// The slot of the instance in the columns; `None` until its first [`Scene::update`], and once removed.
     pub(crate) slot: Option<u32>,
     /// The layers of the instance, one bit each.
     layers: u64,
@@ -131,7 +131,7 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Frees the memory of a mesh. The next mesh that is added takes its id; until then, a second call does nothing.
+    /// Frees the memory of a mesh. A mesh that is added later takes its id; until then, a second call does nothing.
     /// Before the id is taken, each selector must select once, to list the units that left, or be cleared.
     ///
     /// # Panics
@@ -152,8 +152,8 @@ impl Scene {
     /// consume its simplification are available. The finest available simplification is drawn in place
     /// of missing groups. [`Selector::demand`](crate::Selector::demand) lists the missing groups.
     pub fn set_available(&mut self, mesh: MeshId, are_loaded: impl Fn(u32) -> bool) {
-        self.meshes[mesh.index()].table.set_available(are_loaded);
-        self.available_revision += 1;
+        let has_changed = self.meshes[mesh.index()].table.set_available(are_loaded);
+        self.available_revision += u64::from(has_changed);
     }
 
     /// Adds an instance, placed by any affine map. Its errors are multiplied by `bias`: more than 1 draws it finer.
@@ -216,8 +216,8 @@ impl Scene {
         self.set_flags(instance, layers, is_occluder);
     }
 
-    /// Sets whether an instance may hide other instances with [`LodSettings::visible_flux`], which is the default;
-    /// transparent instances should not. Does nothing if the instance was removed.
+    /// Sets whether an instance may hide other instances under [`LodSettings::visible_flux`]. The default is `true`.
+    /// Use `false` for transparent instances. Does nothing if the instance was removed.
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
@@ -250,7 +250,7 @@ impl Scene {
         }
     }
 
-    /// Updates the columns of an instance, and notes the change for selectors.
+    /// Updates the columns of an instance, and records the change for selectors.
     fn note_changed(&mut self, index: u32) {
         self.revision += 1;
         let instance = &self.instances[index as usize];
@@ -296,7 +296,7 @@ impl Scene {
         self.instances[instance.index()].world_from_local
     }
 
-    /// Orders new instances and updates the bounds of the scene.
+    /// Orders new instances, and updates the spheres around 64 instances each.
     pub fn update(&mut self) {
         let mut unplaced = std::mem::take(&mut self.unplaced);
         // An instance may be removed before its first update.
@@ -319,7 +319,7 @@ impl Scene {
         self.unplaced.is_empty() && self.columns.dirty.is_empty()
     }
 
-    /// The slot of an instance; `None` before the next update, and once removed.
+    /// The slot of an instance; `None` until its first update, and once removed.
     pub(crate) fn slot_of(&self, instance: InstanceId) -> Option<usize> {
         Some(self.get(instance)?.slot? as usize)
     }

@@ -4,23 +4,23 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub enum Offscreen {
-    /// They are 0: the coarsest level is drawn.
+    /// Errors are 0: the coarsest level is drawn.
     #[default]
     Coarsest,
-    /// They count as on the view's axis at the same distance and orientation, with the field strength `f²/ρ²`. Objects
-    /// outside the view may cast shadows into it.
+    /// Errors count as on the view's axis at the same distance and orientation, with the field strength `f²/ρ²`. For
+    /// objects outside the view that cast shadows into it.
     OnAxis {
         /// Factor of the errors, above 0 and at most 1: smaller values draw coarser levels.
         bias: f32,
     },
 }
 
-/// Weight of hidden instances.
+/// Weighs the screen-space errors of instances by their visible shares.
 ///
 /// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large instances,
 /// points for small instances. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
-/// because the paper's flux is over the visible surface. At equal pictures of the walkthrough, a weight of `√o` with
-/// exact shares drew 0.44 of the triangles, and a weight of `o` 0.48. Objects outside the image count as
+/// because the paper's flux is over the visible surface. In the walkthrough, at equal pictures and with exact shares, a
+/// weight of `√o` drew 0.44 of the triangles, and a weight of `o` drew 0.48. Objects outside the image count as
 /// hidden, also within [`offscreen_margin`](AdvancedSettings::offscreen_margin). `o` is an estimate, so displacements
 /// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +28,8 @@ pub enum Offscreen {
 pub struct VisibleFlux {
     /// Triangle budget of the depth image; 32 points count as one triangle.
     pub occluder_triangles: u32,
-    /// Number of selections in a row that must see less of a group before it is coarsened. A group is
-    /// refined as soon as a selection sees more of it.
+    /// Number of selections in a row with a smaller visible share before a group is coarsened. A larger share refines
+    /// the group at once.
     pub hold_frames: u8,
     /// Smallest visible share, from 0 to 1: a group estimated as hidden may be slightly visible, or cast a shadow into
     /// the view.
@@ -51,15 +51,16 @@ impl Default for VisibleFlux {
 ///
 /// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
 /// [`displacement_px`](Self::displacement_px) by its largest displacement. Without thresholds the cut is the
-/// coarsest one. A threshold of 0 accepts groups without error only; a negative threshold accepts no group. NaN accepts
-/// every group if it is the only threshold, and no group beside another threshold.
+/// coarsest one. A single threshold of 0 accepts groups without error only; a single negative threshold accepts no
+/// group. NaN accepts every group if it is the only threshold, and no group beside another threshold. Two different
+/// thresholds must be above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
 pub struct LodSettings {
-    /// Quality: the largest screen-space error of a simplification, in physical pixels
+    /// Quality: the largest screen-space error of a simplification, in rendered pixels
     /// ([`group_error_px`](crate::group_error_px)). The error is RMS-like: single points may move farther.
     pub error_px: Option<f32>,
-    /// Guarantee: the largest displacement of the surface in the image, in physical pixels
+    /// Guarantee: the largest displacement of the surface in the image, in rendered pixels
     /// ([`group_error_px`](crate::group_error_px)). It needs more triangles than
     /// [`error_px`](Self::error_px), and deviations measured by the bake: a mesh without them is drawn at full
     /// detail. If both thresholds are set, both hold.
@@ -75,7 +76,7 @@ pub struct LodSettings {
     /// Rendered pixels per pixel of the view's target along one axis: 0.5 if an upscaler doubles both axes.
     /// Thresholds count rendered pixels.
     pub resolution_scale: f32,
-    /// Weighs screen-space errors by the visible share of an instance or group; `None` weighs all as fully
+    /// Weighs screen-space errors by the visible share of an instance or group; `None` counts all as fully
     /// visible. [`select`](crate::select) ignores it.
     pub visible_flux: Option<VisibleFlux>,
     /// Settings that are rarely changed.
@@ -96,7 +97,7 @@ pub struct AdvancedSettings {
     /// `displacement_px · min_aspect_ratio / cos φ`.
     pub min_aspect_ratio: f32,
     /// Relative change κ of the sampling density across a group, up to which one sample of the field at the group's
-    /// centre represents the group. Above it, the bound over the group's sphere does. 0 always uses the bound. It
+    /// centre represents the group. Above it, the bound over the group's sphere is used; 0 always uses the bound. It
     /// applies to the screen-space error only, draws fewer triangles at the same threshold, and allows larger
     /// displacements of single points.
     ///
@@ -132,7 +133,7 @@ impl Default for AdvancedSettings {
 }
 
 impl Default for LodSettings {
-    /// 1 px of quality, no budget.
+    /// A screen-space error of 1 px, no budget.
     fn default() -> Self {
         Self {
             error_px: Some(1.0),
@@ -236,7 +237,7 @@ impl LodSettings {
     }
 }
 
-/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger of them is
+/// The combined thresholds of [`LodSettings`]: which errors of a group count, and how much. The larger weighed error is
 /// compared with one threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ErrorWeights {
@@ -247,7 +248,7 @@ pub(crate) struct ErrorWeights {
     pub(crate) displacement_weight: Option<f32>,
 }
 
-/// The two thresholds of a hysteresis, in pixels of screen-space error.
+/// The two thresholds of the hysteresis, in pixels of the view's target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Thresholds {
     /// A group that was not refined is refined above this error.

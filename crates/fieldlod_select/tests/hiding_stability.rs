@@ -1,4 +1,4 @@
-//! Visible shares change along walks: nothing flickers, and instances are sharp in the frame in which they appear.
+//! Visible flux adds no flicker on a path, and instances are refined in the frame in which they appear.
 
 mod common;
 
@@ -8,7 +8,7 @@ use common::{hierarchies, look, perspective};
 use fieldlod_select::{InstanceId, LodSettings, MeshId, Scene, Selector, View, VisibleFlux};
 use glam::{Affine3A, Quat, Vec3};
 
-/// A unit that left may not come back within this number of frames.
+/// A unit that comes back within this number of frames counts as a flip.
 const FLIP_FRAMES: usize = 5;
 const FRAMES: usize = 240;
 
@@ -45,7 +45,7 @@ impl Stage {
         self.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3))
     }
 
-    /// Adds a row of rocks far behind.
+    /// Adds a row of rocks at a depth.
     fn put_row(&mut self, depth: f32) {
         for index in 0..9u8 {
             let x = (f32::from(index) - 4.0) * 3.0;
@@ -67,7 +67,7 @@ fn placed(at: Vec3, half_size: Vec3) -> Affine3A {
     Affine3A::from_translation(at) * Affine3A::from_scale(half_size)
 }
 
-/// Units that come back, from frame to frame.
+/// Counts units that leave the cut and soon come back.
 #[derive(Default)]
 struct Flips {
     left_at: HashMap<(InstanceId, u32), usize>,
@@ -75,7 +75,7 @@ struct Flips {
 }
 
 impl Flips {
-    /// Counts units that left a few frames ago and come back in this one.
+    /// Counts units that come back in this frame, at most [`FLIP_FRAMES`] after they left.
     fn add_frame(&mut self, frame: usize, selector: &Selector) {
         for change in selector.changes() {
             let units = change.left.iter();
@@ -90,8 +90,8 @@ impl Flips {
     }
 }
 
-/// Selects the frames of a path and checks each. At least one instance must be drawn with less than half the triangles
-/// that it has if nothing hides it.
+/// Selects and checks the frames of a path. In some frame, an instance must have less than half of the triangles that
+/// it has without visible flux.
 fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
     let counting_all = LodSettings {
         visible_flux: None,
@@ -107,7 +107,7 @@ fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
         plain.select(&stage.scene, &view, &counting_all);
         flips.add_frame(index, &selector);
         plain_flips.add_frame(index, &plain);
-        // A visible instance is as sharp as if nothing hid it.
+        // A fully visible instance has at least the triangles that it has without visible flux.
         let mut fresh = Selector::default();
         fresh.select(&stage.scene, &view, &counting_all);
         let buffer = selector.occlusion().unwrap();
@@ -124,18 +124,18 @@ fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
     assert!(coarser > 0);
 }
 
-/// A view from an eye, straight ahead.
+/// A view from `eye` along −Z.
 fn ahead(eye: Vec3) -> View {
     look(perspective(1.0), eye, eye - Vec3::Z * 10.0)
 }
 
-/// A value that goes to and fro between −1 and 1.
+/// A triangle wave between −1 and 1.
 fn sway(frame: usize, period: usize) -> f32 {
     let phase = (frame % period) as f32 / period as f32;
     (phase * 4.0 - 2.0).abs() - 1.0
 }
 
-/// On three paths, the camera leaves the wall, sways at its corner, and turns by 143 degrees once a second.
+/// The camera moves past the wall's edge, sways at the edge, or turns by 143 degrees every 60 frames.
 #[test]
 fn row_behind_wall_does_not_flicker() {
     let paths: [fn(usize) -> View; 3] = [
@@ -193,7 +193,7 @@ fn row_behind_ridge_does_not_flicker() {
         stage.put(Vec3::new(x, -2.4, -6.0), Vec3::new(5.0, 3.0, 1.5));
     }
     stage.put_row(20.0);
-    // The head bobs twice a second, from just behind the ridge to above it.
+    // Head-bob twice a second uncovers and hides rocks of the row.
     play(stage, |frame, _| {
         let height = 0.1 + sway(frame, 30) * 0.12;
         ahead(Vec3::new(frame as f32 * 0.0233, height, 0.0))
@@ -201,7 +201,7 @@ fn row_behind_ridge_does_not_flicker() {
 }
 
 #[test]
-fn turns_among_walls_do_not_flicker() {
+fn rocks_behind_walls_do_not_flicker_on_turns() {
     let mut stage = Stage::new();
     for index in 0..24u8 {
         let turn = Quat::from_rotation_y(f32::from(index) * 0.2618);

@@ -120,3 +120,25 @@ fn budget_counts_triangles_of_available_groups_only() {
         assert_eq!(selector.threshold_px() == fine.error_px, budget == all);
     }
 }
+
+#[test]
+fn demand_skips_instance_that_was_never_selected() {
+    let mut world = World::new(&[Placed::new(0, Affine3A::IDENTITY)]);
+    world.scene.set_available(world.meshes[0], |_| false);
+    let view = look(perspective(1.0), Vec3::new(0.0, 0.3, 2.0), Vec3::ZERO);
+    let selector = world.select(&view, &LodSettings::with_error_px(0.05));
+    let demand_of = |world: &World| {
+        let mut count = 0;
+        selector.demand(&world.scene, |_| count += 1);
+        count
+    };
+    assert!(demand_of(&world) > 0);
+    // The new instance takes the slot of the removed one.
+    let removed = world.ids()[0];
+    world.scene.remove(removed);
+    world.scene.update();
+    let mesh = world.meshes[0];
+    world.scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+    world.scene.update();
+    assert_eq!(demand_of(&world), 0);
+}

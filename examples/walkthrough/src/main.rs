@@ -7,29 +7,18 @@
 mod adapter;
 mod args;
 mod cameras;
-mod flight;
-mod ground_texture;
-mod hud;
-mod lamps;
-mod layout;
-mod models;
 mod noise;
-mod offscreen;
-mod path;
-mod placed;
+mod output;
 mod quality;
-mod report;
 mod scene;
 mod shapes;
-mod sky;
-mod windowed;
-mod woods;
 
 use std::process::ExitCode;
 
 use adapter::Adapter;
 use args::Args;
 use clap::Parser;
+use output::{offscreen, windowed};
 use quality::Quality;
 
 fn main() -> ExitCode {

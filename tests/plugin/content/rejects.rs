@@ -12,8 +12,8 @@ use crate::headless::{
     spawn_rock, visible,
 };
 
-/// Checks that `mesh` stays plain and visible, that its failure is reported, and that one line has its id and all of
-/// `words`.
+/// Checks that `mesh` stays plain and visible, and that an event reports the failure. A log line at `level` must have
+/// the mesh's id and all of `words`.
 fn rejects(mesh: Mesh, level: Level, words: &[&str]) {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
@@ -78,7 +78,7 @@ fn unsupported_meshes_are_logged_once_with_name() {
     assert!(!logged(Level::INFO, &["rope", "TypeId"]));
 }
 
-/// The events of entities, in order: the observer, the target, and whether it is ready.
+/// Observed events, in order: the observing entity, the target, and whether the target is ready.
 #[derive(Resource, Default)]
 struct Seen(Vec<(Entity, Entity, bool)>);
 

@@ -17,7 +17,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// A camera at `origin` that looks at `target`, with `up` upwards in its image.
+    /// The pose of a camera at `origin` that looks at `target`, with `up` upwards in the image.
     ///
     /// # Panics
     /// Panics if `up` is parallel to the view direction, or `origin` equals `target`.
@@ -25,7 +25,10 @@ impl Pose {
         let k = (target - origin).normalize();
         // `k × up` points to the right of the image, and `k × i` downwards.
         let i = k.cross(up).normalize();
-        assert!(k.is_finite() && i.is_finite(), "no view direction");
+        assert!(
+            k.is_finite() && i.is_finite(),
+            "the view direction must be finite and not parallel to `up`"
+        );
         Self {
             world_from_camera: Mat3::from_cols(i, k.cross(i), k),
             origin,

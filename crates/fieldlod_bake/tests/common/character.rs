@@ -1,4 +1,4 @@
-//! A generated character: a tube of two primitives along y that three joints bend, with a morph target and two clips.
+//! A generated character: a tube along y with two primitives, three joints, a morph target and two clips.
 
 use fieldlod_bake::SourceMesh;
 use glam::{Mat4, Quat, Vec3};
@@ -9,7 +9,7 @@ use super::gltf_file::GltfFile;
 pub(crate) const LENGTH: f32 = 4.0;
 const SIDES: u32 = 16;
 
-/// Half of the tube, from `from` to `to` of its length, with a bump so that its sides differ.
+/// The part of the tube between two shares of the length. Bumps make the sides of the tube differ.
 fn tube(rings: u32, from: f32, to: f32) -> SourceMesh {
     let mut mesh = SourceMesh::default();
     for ring in 0..=rings {
@@ -33,7 +33,7 @@ fn tube(rings: u32, from: f32, to: f32) -> SourceMesh {
     mesh
 }
 
-/// Joints and weights of a vertex: the two joints that it is between.
+/// Joints and weights of a vertex: the joints below and above the vertex.
 pub(crate) fn influence(position: Vec3) -> ([u16; 4], [f32; 4]) {
     let along = (position.y / LENGTH * 2.0).clamp(0.0, 2.0);
     let first = (along as u16).min(1);

@@ -1,4 +1,4 @@
-//! Small glTF files, and runs of the program.
+//! Small glTF files, and runs of the `fieldlod` command.
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
@@ -47,7 +47,7 @@ impl Glb {
         fs::write(path, parts.concat()).unwrap();
     }
 
-    /// Adds bytes with their own view. Returns its index.
+    /// Adds bytes with their own buffer view. Returns the index of the view.
     pub(crate) fn add_view(&mut self, bytes: &[u8]) -> usize {
         let place =
             json!({ "buffer": 0, "byteOffset": self.binary.len(), "byteLength": bytes.len() });
@@ -67,7 +67,7 @@ impl Glb {
         push(&mut self.json["accessors"], accessor)
     }
 
-    /// Adds a primitive that is a flat grid with `2 · cells²` triangles.
+    /// Adds the accessors of a flat grid with `2 · cells²` triangles. Returns a primitive that no mesh has yet.
     pub(crate) fn add_grid(&mut self, cells: u32) -> Value {
         let [positions, indices] = grid(cells);
         let position = self.add(&positions, FLOAT, "VEC3", positions.len() / 12);
@@ -83,7 +83,7 @@ impl Glb {
     }
 }
 
-/// Adds a value to a list. Returns its index.
+/// Appends a value to a JSON array. Returns the index of the value.
 pub(crate) fn push(list: &mut Value, value: Value) -> usize {
     let list = list.as_array_mut().unwrap();
     list.push(value);

@@ -1,7 +1,7 @@
 //! The `.fieldpages` file: hierarchies for streaming in pages.
 //!
 //! ```text
-//! magic "FLDPAG\r\n" | version u32 | mesh count u32 | contents bytes u64 | XXH3 of them u64
+//! magic "FLDPAG\r\n" | version u32 | mesh count u32 | contents bytes u64 | XXH3 of contents u64, seed: mesh count
 //! contents: per mesh  a directory entry as in a `.fieldlod` file, with length u64 and XXH3 u64 of each page;
 //!           length u64 of the rest; groups, units and their links;
 //!           counts of groups and vertices, and mesh bytes, of each page; groups by page
@@ -9,7 +9,7 @@
 //! ```
 //! The first page of a mesh holds the groups of its coarsest cut. Each further page holds neighbouring
 //! groups of one level, coarse levels first. A page has the encoding of a section of a
-//! [`.fieldlod` file](super). It contains all its vertices, so it is decoded without other pages.
+//! [`.fieldlod` file](super). A page contains all its vertices, so decoding needs no other page.
 
 mod partition;
 mod table;
@@ -30,8 +30,8 @@ use crate::hierarchy::Hierarchy;
 pub struct PageOptions {
     /// Precision of vertex attributes.
     pub precision: Precision,
-    /// Approximate size of the meshes of a page on the GPU, in bytes. Smaller pages repeat more vertices and need more
-    /// reads; larger pages load more geometry that no view needs.
+    /// Approximate upper limit for the meshes of a page on the GPU, in bytes. The first page may be larger. Smaller
+    /// pages repeat more vertices and need more reads; larger pages load more geometry that no view needs.
     pub page_bytes: u32,
 }
 
@@ -62,7 +62,7 @@ pub struct PagedMesh {
     /// The mesh's name, or an empty string.
     pub name: String,
     /// Groups, units and links, without vertices and triangles. Units have counts of triangles and
-    /// vertices, but empty boxes.
+    /// vertices, but default boxes.
     pub graph: Hierarchy,
     /// The pages.
     pub pages: Vec<Page>,
@@ -129,7 +129,7 @@ impl PagedFile {
     /// A [`FileError`] if the table is invalid.
     pub fn from_contents(bytes: &[u8]) -> Result<Self, FileError> {
         let mut meshes = table::read(bytes)?;
-        // The table holds lengths only.
+        // The table holds lengths of pages, not starts.
         let mut start = Self::contents_end(bytes)?;
         let longest = meshes.iter().map(|mesh| mesh.pages.len()).max();
         for number in 0..longest.unwrap_or(0) {

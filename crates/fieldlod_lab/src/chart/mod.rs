@@ -7,18 +7,19 @@
 //! # Fairness of the comparison
 //! - The baseline of all ratios is clusterlod as a whole: its metric on the hierarchy that clusterlod builds of the
 //!   same mesh. The build uses clusterlod's defaults, with clusters and groups of the same size as ours.
-//! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is its metric on this project's
+//! - [`ClusterlodOnOurLevels`](crate::method::Method::ClusterlodOnOurLevels) is clusterlod's metric on this project's
 //!   hierarchy. It separates the gain of the levels from that of the criterion. All other methods use this
 //!   project's hierarchy.
-//! - Both hierarchies are drawn with the texture of the file, or with a fine pattern if the texture cannot be read.
-//! - All methods use the error that the simplifier reports, as they do in their own systems.
+//! - Both hierarchies are drawn with the texture of the file, or with a fine pattern if no texture could be read.
+//! - All methods use the error that the simplifier reports. Only [`Guaranteed`](crate::method::Method::Guaranteed)
+//!   uses the measured deviation.
 //! - Only units that touch the view are counted, as a renderer with frustum culling draws them.
-//! - Whole-object methods have few cuts. Their curves are interpolated between them.
+//! - Whole-object methods have few cuts. The curves are interpolated between these cuts.
 //!
 //! # Training and test
-//! The constants of the [criterion](fieldlod_select::group_error_px) were chosen on [`Generated::TRAINING`], the Stanford
-//! bunny and the sheen cloth of Khronos' glTF samples, from six poses each (`--seed 11`). The reported figures are
-//! measured from other poses, on [`Generated::TEST`] or on a user's models.
+//! The constants of the [criterion](fieldlod_select::group_error_px) were chosen on three generated models
+//! ([`Generated::TRAINING`]), the Stanford bunny and the sheen cloth of Khronos' glTF samples, from six poses each
+//! (`--seed 11`). The reported figures are measured from other poses, on [`Generated::TEST`] or on a user's models.
 //!
 //! # Simplifications
 //! Pictures are small, because software adapters are slow. Thresholds in pixels scale with the picture, so a small

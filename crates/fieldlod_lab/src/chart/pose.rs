@@ -9,8 +9,8 @@ use crate::object::LodObject;
 
 /// Vertical fields of view of successive poses, in degrees.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
-/// Distances from the center of an object, in radii. Nearer than 1 radius, cameras can be inside the object. Farther than 6
-/// radii, it is less than 100 px high in a picture of 640 x 360 px at 60°.
+/// Distances from the center of an object, in radii. Nearer than 1 radius, cameras can be inside the object. At 6
+/// radii, the object's sphere is 105 px high in a picture of 640 x 360 px at 60°, and smaller farther away.
 const NEAREST_RADII: f32 = 1.25;
 const FARTHEST_RADII: f32 = 6.0;
 /// Heights of the eye above a ground, in radii of the ground.
@@ -22,7 +22,7 @@ const HIGHEST_RADII: f32 = 0.25;
 pub struct Pose {
     /// The camera's position.
     pub position: [f32; 3],
-    /// The point that it looks at.
+    /// The point that the camera looks at.
     pub target: [f32; 3],
     /// Vertical field of view, in degrees.
     pub fovy_deg: f32,
@@ -37,13 +37,13 @@ impl Pose {
     }
 }
 
-/// `count` poses around an object, or above it if it is a ground. They are near and far, and most are not aimed at its
-/// center. The same seed gives the same poses.
+/// `count` poses around an object, or above a ground, at near and far distances. Most cameras do not look at the
+/// object's center. The same seed gives the same poses.
 pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     let is_ground = is_ground(object);
     let pose = |index: usize| {
         let random = Random { seed, index };
-        // Each pose has its own part of the range, so that few poses cover all of it.
+        // Each pose has its own part of the range, so even a few poses cover the whole range.
         let share = (index as f32 + random.share(0)) / count as f32;
         let fovy_deg = FOVS_DEG[index % FOVS_DEG.len()];
         let (position, target) = if is_ground {
@@ -82,7 +82,11 @@ fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
         let (x, z) = (random.share(slot), random.share(slot + 1));
         object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)
     };
-    let (from, to) = (place(1), place(3));
+    let (from, mut to) = (place(1), place(3));
+    // A camera that looks straight down has no direction upwards in its image.
+    if from == to {
+        to += Vec3::X * object.radius;
+    }
     (from + Vec3::Y * (height * object.radius), to)
 }
 
@@ -96,12 +100,12 @@ struct Random {
 impl Random {
     /// A number from 0 to 1.
     fn share(self, slot: u64) -> f32 {
-        // 24 bits are as many as an `f32` holds exactly.
+        // An `f32` holds 24 bits exactly.
         let key = [self.seed, self.index as u64, slot].map(u64::to_le_bytes);
         (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// A random direction, uniform over the sphere. It uses two slots.
+    /// A random direction, uniform over the sphere. Uses `slot` and the next slot.
     fn direction(self, slot: u64) -> Vec3 {
         let z = 2.0 * self.share(slot) - 1.0;
         let (sin, cos) = (std::f32::consts::TAU * self.share(slot + 1)).sin_cos();

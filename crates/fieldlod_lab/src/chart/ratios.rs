@@ -24,7 +24,7 @@ pub struct Ratios {
     pub least: f64,
     /// The ratio in the worst pose.
     pub greatest: f64,
-    /// The number of compared poses. In the other poses, the error is outside of the method's curve.
+    /// The number of compared poses. In the other poses, the error is outside the curve of the method or of clusterlod.
     pub poses: usize,
 }
 

@@ -1,7 +1,7 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
 //! Every level of the whole mesh is drawn and compared with the source, from directions spread over
-//! the sphere and at several sizes: [`RADII_PX`] are the radii of the bounding sphere on screen.
+//! the sphere. [`RADII_PX`] are the radii of the bounding sphere on screen.
 
 mod prop;
 
@@ -21,7 +21,7 @@ pub use prop::Prop;
 pub const RADII_PX: [f32; 5] = [6.0, 12.0, 25.0, 50.0, 100.0];
 /// The threshold of the selection, in pixels.
 pub const ERROR_PX: f32 = 1.0;
-/// Number of view directions. Levels of plants differ between directions; the time grows with the number.
+/// Number of view directions. Fewer directions would miss sides of plants that look different; more take longer.
 const DIRECTIONS: u32 = 8;
 /// Field of view of the pictures, in degrees. It is narrow, because props are small on screen when they are far away.
 const FOVY_DEG: f32 = 10.0;
@@ -142,7 +142,7 @@ pub fn eye(sphere: &Sphere, direction: Vec3, radius_px: f32) -> Eye {
 #[must_use]
 pub fn table(results: &[PropResult]) -> String {
     let mut text =
-        String::from("levels by the radius on screen in pixels: RMSE of 255, FLIP, area covered\n");
+        String::from("levels by radius on screen: RMSE on a scale of 255, FLIP, covered area\n");
     for result in results {
         let _ = write!(
             text,

@@ -19,7 +19,7 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Averages the texels of each pixel. Their alpha is above 0 where a surface covers them.
+    /// Averages the texels of each pixel. Texels with an alpha above 0 are covered.
     pub(super) fn of_texels(size_texels: UVec2, texels: &[[u8; 4]]) -> Self {
         let size_px = size_texels / SUPERSAMPLING;
         let linear: Vec<f32> = (0..=255u8).map(|level| decoded(f32::from(level))).collect();
@@ -32,8 +32,7 @@ impl Picture {
                     let (dx, dy) = (texel / SUPERSAMPLING, texel % SUPERSAMPLING);
                     let row = y * SUPERSAMPLING + dy;
                     let texel = texels[(row * size_texels.x + x * SUPERSAMPLING + dx) as usize];
-                    let [red, green, blue, _] = on_background(texel);
-                    for (sum, level) in sum.iter_mut().zip([red, green, blue]) {
+                    for (sum, level) in sum.iter_mut().zip(on_background(texel)) {
                         *sum += linear[usize::from(level)];
                     }
                 }
@@ -55,13 +54,12 @@ impl Picture {
     }
 }
 
-/// Replaces the cleared color by the background. Targets are cleared to transparent, so that alpha shows coverage.
-fn on_background(texel: [u8; 4]) -> [u8; 4] {
-    if texel[3] > 0 {
-        texel
+/// Replaces the cleared colour by the background. Targets are cleared to transparent, so that alpha shows coverage.
+fn on_background([red, green, blue, alpha]: [u8; 4]) -> [u8; 3] {
+    if alpha > 0 {
+        [red, green, blue]
     } else {
-        let [red, green, blue] = BACKGROUND;
-        [red, green, blue, 0]
+        BACKGROUND
     }
 }
 

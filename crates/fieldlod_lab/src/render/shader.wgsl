@@ -49,7 +49,9 @@ fn albedo(uv: vec2<f32>) -> vec4<f32> {
     let fade = exp(-4.0 * dot(width, width));
     let waves = sin(2.0 * PI * WAVES * uv);
     let pattern = vec4(vec3(PLAIN + 0.25 * fade * waves.x * waves.y), 1.0);
-    return select(texel, pattern, all(textureDimensions(base_color) == vec2(1u)));
+    // A texture with one transparent texel stands for no texture.
+    let is_missing = all(textureDimensions(base_color) == vec2(1u)) && texel.a == 0.0;
+    return select(texel, pattern, is_missing);
 }
 
 fn shade(normal: vec3<f32>, to_eye: vec3<f32>, albedo: vec3<f32>) -> vec3<f32> {

@@ -1,10 +1,12 @@
 //! Render targets that are read back.
 
+use std::sync::mpsc::channel;
+
 use glam::UVec2;
 
 use super::RenderError;
 
-/// Rows of a copied texture start at multiples of this.
+/// Alignment of the rows of a copied texture, in bytes.
 const ROW_ALIGNMENT: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
 /// Format of the depth buffer.
@@ -91,8 +93,14 @@ impl Target {
             size,
         );
         queue.submit([encoder.finish()]);
-        buffer.slice(..).map_async(wgpu::MapMode::Read, |_| ());
+        let (sender, mapped) = channel();
+        buffer
+            .slice(..)
+            .map_async(wgpu::MapMode::Read, move |result| drop(sender.send(result)));
         wait(device)?;
+        if let Ok(Err(error)) = mapped.recv() {
+            return Err(RenderError::Lost(error.to_string()));
+        }
         let bytes = buffer.slice(..).get_mapped_range();
         // The padding of rows is dropped.
         let rows = bytes.chunks_exact(row_bytes as usize);

@@ -24,8 +24,8 @@ pub(super) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-/// Uploads the texture of a surface with all its mips. A surface without texture gets a single texel, for which the shader
-/// draws a pattern of waves.
+/// Uploads the texture of a surface with all its mips. Without a texture, uploads a single transparent texel, for which
+/// the shader draws a pattern of waves.
 pub(super) fn bind_group(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
@@ -33,7 +33,7 @@ pub(super) fn bind_group(
 ) -> wgpu::BindGroup {
     let mips: Vec<(UVec2, &[[u8; 4]])> = surface.map_or_else(Vec::new, |s| s.mips().collect());
     let texels: Vec<u8> = if mips.is_empty() {
-        vec![u8::MAX; 4]
+        vec![0; 4]
     } else {
         let texels = mips.iter().flat_map(|(_, mip)| mip.as_flattened());
         texels.copied().collect()

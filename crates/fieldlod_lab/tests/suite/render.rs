@@ -27,7 +27,7 @@ fn eye(distance: f32) -> Eye {
     eye.looking_at(Vec3::new(0.0, 0.0, distance), Vec3::ZERO)
 }
 
-/// A sphere of radius 1 at distance d is a disk of radius f/√(d² − 1).
+/// A sphere of radius 1 at distance d covers a disk of radius f/√(d² − 1), with the focal length f in pixels.
 #[test]
 fn silhouette_of_a_sphere_has_the_expected_area() {
     let Some((renderer, _lock)) = renderer() else {

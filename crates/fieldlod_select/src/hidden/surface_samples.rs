@@ -33,7 +33,7 @@ impl SurfaceSamples {
             .collect();
         let groups = hierarchy.groups.iter().map(|group| {
             let units: Vec<&Unit> = hierarchy.units[group.units()].iter().collect();
-            // One element, of NaN where there is no area.
+            // One element for each group; NaN for a group without area.
             let samples = in_lanes(&samples_of(hierarchy, &units, GROUP_SAMPLES as u32));
             samples
                 .first()
@@ -56,7 +56,7 @@ impl SurfaceSamples {
     }
 }
 
-/// `count` points, a power of two, one in each equal part of the area; none without area.
+/// `count` points, one in each equal part of the area; none without area. `count` is a power of two.
 fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
     let triangles: Vec<[Vec3; 3]> = units
@@ -73,7 +73,7 @@ fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
     if !(total > 0.0 && total < f32::INFINITY) {
         return Vec::new();
     }
-    // One in each equal part of the area along the list of triangles.
+    // Finds the triangle at the middle of each part, along the list of triangles.
     let mut points = Vec::with_capacity(count as usize);
     let (mut index, mut until) = (0, area_of(&triangles[0]));
     for sample in 0..count {
@@ -90,7 +90,7 @@ fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
     order.map(|place| points[place as usize]).collect()
 }
 
-/// A point of a triangle that depends on the number of the sample.
+/// A point of a triangle, by the number of the sample.
 fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
     // The additive recurrence of the plastic number, folded into the triangle.
     let along = |step: f32| (step * sample as f32 + 0.5) % 1.0;

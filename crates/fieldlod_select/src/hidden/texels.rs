@@ -20,7 +20,7 @@ pub(crate) struct Texels {
 }
 
 impl Texels {
-    /// Empties the image and sets its size; rows are whole elements.
+    /// Empties the image and sets its size. The width must be a multiple of [`LANES`].
     pub(crate) fn clear(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.nearness.clear();
@@ -56,7 +56,7 @@ impl Texels {
 
     #[inline(always)]
     fn fill(&mut self, triangle: &ScreenTriangle, owner: u32) {
-        // Eight rows at once.
+        // Eight spans at once, because vector instructions compute them.
         let mut rows = triangle.rows(self.height);
         while !rows.is_empty() {
             let [mut left, mut right] = [[0.0; LANES]; 2];
@@ -80,7 +80,7 @@ impl Texels {
         let texels = row * self.width..(row + 1) * self.width;
         let (nearness, _) = self.nearness[texels.clone()].as_chunks_mut::<LANES>();
         let (owners, _) = self.owners[texels].as_chunks_mut::<LANES>();
-        // Casts saturate.
+        // Casts saturate, so positions outside the row are safe.
         let end = (right as usize / LANES + 1).min(nearness.len());
         let y = row as f32 + 0.5;
         for chunk in left as usize / LANES..end {

@@ -145,8 +145,9 @@ impl GroupTable {
         u64::MAX << level & self.present_in(0)
     }
 
-    /// Restricts refinement to groups that `are_loaded` together with all coarser groups.
-    pub(crate) fn set_available(&mut self, are_loaded: impl Fn(u32) -> bool) {
+    /// Restricts refinement to groups that `are_loaded` together with all coarser groups. Returns whether these groups
+    /// have changed.
+    pub(crate) fn set_available(&mut self, are_loaded: impl Fn(u32) -> bool) -> bool {
         let mut available = self.terminal.clone();
         // Coarser groups have larger indices, so one pass from the coarsest is enough.
         for group in (0..self.group_count).rev() {
@@ -158,10 +159,12 @@ impl GroupTable {
                 available[group / CHUNK] |= 1 << (group % CHUNK);
             }
         }
-        if self.available.as_ref() != Some(&available) {
+        let has_changed = self.available.as_ref() != Some(&available);
+        if has_changed {
             self.available = Some(available);
             self.available_revision += 1;
         }
+        has_changed
     }
 
     /// Like [`Hierarchy::close_refinement`]. The bits of all terminal groups must be set. Finer groups come first, so

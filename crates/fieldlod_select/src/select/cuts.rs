@@ -141,9 +141,10 @@ impl SceneCuts {
     }
 
     /// The cut of an instance that is drawn group by group; `None` for other instances.
-    pub(crate) fn cut(&self, slot: usize) -> Option<&InstanceCut> {
-        match self.memories.get(slot)?.state {
-            InstanceState::Mixed(key) => Some(self.pool.at(key)),
+    pub(crate) fn cut(&self, slot: usize, instance: InstanceId) -> Option<&InstanceCut> {
+        let memory = self.memories.get(slot)?;
+        match memory.state {
+            InstanceState::Mixed(key) if memory.instance == instance => Some(self.pool.at(key)),
             _ => None,
         }
     }

@@ -16,7 +16,7 @@ pub struct GroupDemand {
     pub instance: InstanceId,
     /// The group's index in its hierarchy.
     pub group: u32,
-    /// The error in pixels of its simplification, times the instance's bias, if the group is not
+    /// The error in pixels of the group's simplification, times the instance's bias; `None` if the group is
     /// [available](Scene::set_available). A coarser group may have a smaller error.
     pub missing_px: Option<f32>,
 }
@@ -24,7 +24,7 @@ pub struct GroupDemand {
 impl Selector {
     /// Calls `visit` with each group that the last selection refines, or would refine if it were available, of meshes
     /// that are [loaded in parts](Scene::set_available). Groups that every cut refines are left out. `scene` must be
-    /// the one that was selected from.
+    /// the scene of the last selection, unchanged since.
     pub fn demand(&self, scene: &Scene, mut visit: impl FnMut(GroupDemand)) {
         let Some(Input { view, settings, .. }) = &self.last else {
             return;
@@ -34,7 +34,7 @@ impl Selector {
                 continue;
             };
             let table = scene.table(mesh);
-            let cut = self.cuts.cut(slot as usize);
+            let cut = self.cuts.cut(slot as usize, scene.id_of(index));
             let (Some(cut), Some(available)) = (cut, &table.available) else {
                 continue;
             };
@@ -47,7 +47,7 @@ impl Selector {
                 // `true`, as for a refined group, so that errors at the edge of the view count.
                 criterion.error_px(table.groups[block].at(lane), share, true) * placed.bias
             };
-            // Every cut refines terminal groups, so they are loaded with the mesh.
+            // Every cut refines terminal groups, which are loaded with the mesh.
             let is_needed = |group: &usize| !is_set(&table.terminal, *group);
             for group in set_bits(&cut.refined).filter(is_needed) {
                 let is_missing = !is_set(available, group);

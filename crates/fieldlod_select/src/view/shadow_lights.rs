@@ -10,8 +10,7 @@ use crate::lanes::bits::LANES;
 use crate::lanes::smaller;
 use crate::scene::columns::{EightSpheres, sphere_at};
 
-/// Largest number of lights of a view. With more lights, any instance may cast a shadow. Each light is tested for each
-/// instance.
+/// Largest number of lights that are tested for each instance. With more lights, every instance counts as a caster.
 const MOST_LIGHTS: usize = 4;
 /// Sine of the angle below which a direction counts as parallel to a side. The rounding of a few operations is far
 /// smaller, and a larger sine only keeps more casters.
@@ -44,14 +43,14 @@ impl ShadowLights {
     }
 }
 
-/// The lights of a view and the sides of its image.
+/// Tests whether spheres may cast shadows into the image of a view.
 pub(crate) struct ShadowTest {
     lights: Vec<LightTest>,
 }
 
 enum LightTest {
-    /// The sides of the image over which the rays of a sun leave it, each a plane of camera space with its offset. No
-    /// shadow enters over them.
+    /// The sides through which the rays of a sun leave the image: inward normals and offsets in camera space. No shadow
+    /// enters through these sides.
     Sun(Vec<(Vec3, f32)>),
     Lamp(Sphere),
 }
@@ -86,11 +85,11 @@ impl ShadowTest {
     pub(crate) fn dark(&self, spheres: &EightSpheres, seen: &EightSpheres) -> [u8; LANES] {
         let mut dark = [1; LANES];
         for light in &self.lights {
-            // Infinite: with a sun whose list of sides is empty, nothing is dark.
+            // Infinite, so that nothing is dark if a sun has no sides.
             let mut inside_by = [f32::INFINITY; LANES];
             match light {
                 LightTest::Sun(sides) => {
-                    // A sphere beyond a side casts its shadow beyond it.
+                    // A sphere outside one of these sides casts no shadow into the image.
                     for (inward, offset) in sides {
                         for (lane, least) in inside_by.iter_mut().enumerate() {
                             let (center, radius) = sphere_at(seen, lane);
@@ -101,8 +100,8 @@ impl ShadowTest {
                 LightTest::Lamp(reach) => {
                     for (lane, inside_by) in inside_by.iter_mut().enumerate() {
                         let away = sphere_at(spheres, lane).0 - reach.center;
-                        let least = sphere_at(seen, lane).1 + reach.radius;
-                        *inside_by = least - away.dot(away).sqrt();
+                        let touching = sphere_at(seen, lane).1 + reach.radius;
+                        *inside_by = touching - away.dot(away).sqrt();
                     }
                 }
             }

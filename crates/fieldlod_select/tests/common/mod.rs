@@ -13,13 +13,13 @@ use fieldlod_select::{AdvancedSettings, LodSettings, Offscreen, View};
 use glam::{Affine3A, Mat3, Mat4, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
-/// How many [`hierarchies`] there are.
+/// Number of [`hierarchies`].
 pub(crate) const HIERARCHIES: usize = 7;
 
-/// Closed and open, baked and synthetic, with and without deviations, as units and as whole meshes.
+/// Hierarchies of closed and open meshes: baked and synthetic, with and without deviations, in units and whole.
 pub(crate) fn hierarchies() -> &'static [Hierarchy] {
-    static BAKED: OnceLock<Vec<Hierarchy>> = OnceLock::new();
-    BAKED.get_or_init(|| {
+    static ALL: OnceLock<Vec<Hierarchy>> = OnceLock::new();
+    ALL.get_or_init(|| {
         let config = BakeConfig {
             cluster_triangles: 64,
             group_clusters: 6,
@@ -53,7 +53,7 @@ pub(crate) fn perspective(fov_y: f32) -> Camera {
     Camera::from_projection(&projection, Vec2::new(1920.0, 1080.0)).unwrap()
 }
 
-/// An off-centre camera, as for one tile of a wall or one eye of a headset.
+/// An off-centre camera, as for one tile of a video wall or one eye of a headset.
 pub(crate) fn off_centre() -> Camera {
     let projection = Mat4::frustum_rh(-0.02, 0.12, -0.08, 0.03, 0.1, 100.0);
     Camera::from_projection(&projection, Vec2::new(900.0, 700.0)).unwrap()
@@ -64,7 +64,7 @@ pub(crate) fn orthographic() -> Camera {
     Camera::from_projection(&projection, Vec2::new(800.0, 600.0)).unwrap()
 }
 
-/// The same image through a lens that is `factor` times as long.
+/// The same camera, zoomed in by `factor`.
 pub(crate) fn zoomed(camera: Camera, factor: f32) -> Camera {
     match camera {
         Camera::Perspective(lens) => Camera::Perspective(Intrinsics {

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use crate::common::{HIERARCHIES, any_placement, any_view, hierarchies};
 
-/// Any number at all.
+/// Errors of any sign, also infinite and NaN.
 fn any_error() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => 0.0f32..2.0,
@@ -49,7 +49,7 @@ proptest! {
         let settings = LodSettings::with_error_px(error_px);
         let mut cut = Cut::default();
         select(hierarchy, &placement, &view, &settings, &mut cut);
-        // Selection looks at the view with its margins.
+        // `select` adds the margins to the view.
         let instance = InstanceView::new(&view.with_margins(&settings), &placement);
         let criterion = |group: usize| group_error_px(&hierarchy.groups[group], &instance, &LodSettings::default(), false);
         let expected = naive::select(hierarchy, &settings, &|_| false, &criterion);

@@ -9,6 +9,7 @@ use super::{Page, PageOptions, PagedMesh};
 use crate::file::contents::{BakedPrimitive, FileOptions};
 use crate::file::encode::{self, Prepared};
 use crate::file::layout::SectionEntry;
+use crate::file::vertices::attributes::Attributes;
 use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
@@ -24,7 +25,9 @@ pub(super) fn encode(
     let file_options = FileOptions::from(options.precision);
     let prepared = encode::prepare(&primitive.hierarchy, file_options);
     let hierarchy = prepared.hierarchy();
-    let vertex_bytes = prepared.rows.width as u64 * 4;
+    // Meshes on the GPU have an exact number for each column, also if the file is quantized.
+    let columns = Attributes::of(&hierarchy.vertices).predictors(false);
+    let vertex_bytes = columns.len() as u64 * 4;
     let mut groups: Vec<u32> = Vec::new();
     let mut pages = Vec::new();
     for mut page in partition(hierarchy, vertex_bytes, u64::from(options.page_bytes)) {

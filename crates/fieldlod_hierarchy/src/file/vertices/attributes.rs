@@ -1,4 +1,4 @@
-//! Converts vertex attributes to rows of numbers, exact or quantized to 16 bits.
+//! Converts vertex attributes to rows of numbers, exact or quantized.
 
 use glam::Vec3;
 

@@ -51,7 +51,7 @@ pub(crate) fn vertex_normals(
 #[inline(always)]
 fn weighted_normals([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
     let [ab, bc, ca] = [b - a, c - b, a - c];
-    // The sine at each corner times the lengths of both edges.
+    // The length is the sine at each corner times the lengths of the corner's two edges.
     let cross = ca.cross(ab);
     let area = cross.length();
     if area.is_nan() || area <= 0.0 {
@@ -65,10 +65,10 @@ fn weighted_normals([a, b, c]: [Vec3; 3]) -> [Vec3; 3] {
     [normal * at_a, normal * at_b, normal * at_c]
 }
 
-/// The angle with this sine and cosine, which may be scaled by a common factor. The error is at most 1.2e-5.
+/// The angle with this sine and cosine, which may be scaled by a common factor. The error is at most 1.2e-5 rad.
 ///
-/// Uses basic operations only, because their results are equal on all machines (M. Abramowitz,
-/// I. Stegun: Handbook of Mathematical Functions, 4.4.49).
+/// The polynomial is 4.4.47 of M. Abramowitz, I. Stegun: Handbook of Mathematical Functions. It uses
+/// basic operations only, because their results are equal on all machines.
 #[inline(always)]
 fn angle(sine: f32, cosine: f32) -> f32 {
     let (least, most) = (sine.min(cosine.abs()), sine.max(cosine.abs()));
@@ -76,7 +76,7 @@ fn angle(sine: f32, cosine: f32) -> f32 {
     let x2 = x * x;
     let series = 0.180_141 + x2 * (-0.085_133 + x2 * 0.020_835_1);
     let angle = x * (0.999_866 + x2 * (-0.330_299_5 + x2 * series));
-    // The series holds up to 45°, where sine and cosine swap.
+    // The polynomial holds up to 45°. Above, the complement is computed.
     let acute = if sine > cosine.abs() {
         FRAC_PI_2 - angle
     } else {

@@ -1,7 +1,8 @@
-//! Codes the indices of the vertices of a section in the hierarchy.
+//! Codes the index that each new vertex of a section has in the hierarchy.
 //!
-//! A moved vertex mostly follows the previous moved vertex. The index of a source vertex is near that
-//! of a neighbour. In many meshes it also follows the parallelogram rule, like the position.
+//! The index of a moved vertex is mostly one more than that of the previous moved vertex. The index of a
+//! source vertex is near that of a neighbour. In many meshes, indices of source vertices also follow the
+//! parallelogram rule, like positions.
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
@@ -9,8 +10,8 @@ use crate::file::sections::numbers::{self, Kind, unzigzag, zigzag};
 use crate::file::vertices::rows::Prediction;
 
 const WHAT: &str = "the vertex order";
-/// Limit of the score of the two rules for source vertices. With a larger limit, the choice follows a change of the
-/// order later; with a smaller one, single vertices switch it.
+/// Limit of the score that chooses between the two rules for source vertices. With a larger limit, the choice adapts to
+/// another order later. With a smaller limit, single vertices change the choice.
 const MAX_SCORE: i32 = 16;
 
 /// Predicts indices from earlier indices.
@@ -62,7 +63,7 @@ impl IndexPredictor {
         let index = code(if self.score > 0 { in_line } else { like });
         let by_like = zigzag(index.wrapping_sub(like));
         let by_line = zigzag(index.wrapping_sub(in_line));
-        // Which rule is better depends on how the tool that wrote the mesh numbers vertices, so recent vertices decide.
+        // Tools number vertices differently, so recent vertices decide which rule is better.
         self.score += i32::from(by_like > by_line) - i32::from(by_like < by_line);
         self.score = self.score.clamp(-MAX_SCORE, MAX_SCORE);
         self.last_source = index;

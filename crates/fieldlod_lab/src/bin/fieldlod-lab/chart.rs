@@ -35,7 +35,8 @@ pub(crate) struct Arguments {
     /// Seed of the poses.
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Measure the generated models on which constants were chosen, in place of the default ones.
+    /// Measure the generated models on which constants were chosen instead of the default models. Files are measured as
+    /// well.
     #[arg(long)]
     training: bool,
     /// Print all figures as a JSON object instead of a table.
@@ -44,7 +45,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    // An unwritable folder must fail before the long measurement.
+    // A folder that cannot be created must fail before the long measurement.
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| Failure::new(out, error))?;
     let renderer = Renderer::new()?;
@@ -96,8 +97,8 @@ fn advance(bar: &ProgressBar, name: &str) {
 /// Triangles relative to clusterlod's at equal error.
 fn text(report: &Report, out: &Path) -> String {
     let mut text = String::from(
-        "triangles relative to clusterlod's, with its metric on its own levels, at the error of its 0.4, 1 and\n\
-         2.5 px (geometric mean over all poses; in brackets the worst pose)\n\n",
+        "triangles relative to clusterlod with its own levels, at the image error of clusterlod at 0.4, 1 and\n\
+         2.5 px (geometric mean over the compared poses; in brackets the worst pose)\n\n",
     );
     let head = Measure::ALL.map(|measure| format!("  {:34}", measure.name()));
     let _ = writeln!(text, "{:22}{}", "", head.concat());
@@ -131,7 +132,7 @@ fn thresholds_text(report: &Report) -> String {
     let pairs = at.map(|point| format!("{:.1} px: {:.2} px", point.at_px, point.threshold_px));
     let pairs: Vec<String> = pairs.collect();
     format!(
-        "\nour error_px with the image error of clusterlod's  {}\n",
+        "\nclusterlod's threshold: our error_px at the same image error  {}\n",
         pairs.join("   ")
     )
 }

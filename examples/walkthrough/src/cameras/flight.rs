@@ -4,8 +4,8 @@ use bevy::input::mouse::{AccumulatedMouseMotion, AccumulatedMouseScroll, MouseSc
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
+use super::path::{CameraPath, DURATION_IN_S};
 use crate::cameras::{self, MainCamera};
-use crate::path::{CameraPath, DURATION_IN_S};
 
 const SPEED_IN_M_PER_S: f32 = 6.0;
 const FAST_FACTOR: f32 = 5.0;

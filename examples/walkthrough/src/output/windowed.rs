@@ -7,10 +7,11 @@ use bevy::prelude::*;
 use bevy::window::{PresentMode, WindowResolution};
 use bevy_fieldlod::prelude::*;
 
+use super::hud;
 use crate::args::Args;
-use crate::cameras::{CameraTarget, ViewOptions};
+use crate::cameras::{CameraTarget, ViewOptions, flight};
 use crate::quality::Quality;
-use crate::{flight, hud, scene};
+use crate::scene;
 
 /// Opens the window and runs until it is closed.
 pub(crate) fn run(args: &Args, quality: &Quality) -> Result<(), String> {

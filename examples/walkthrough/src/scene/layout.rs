@@ -4,12 +4,12 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use bevy::prelude::*;
 
+use super::placed::{Placed, ring};
+use super::woods;
+use crate::cameras::path::CameraPath;
 use crate::noise::{fbm, random};
-use crate::path::CameraPath;
-use crate::placed::{Placed, ring};
 use crate::shapes::ShapeId;
 use crate::shapes::terrain::{self, PLAZA, TEMPLE, TEMPLE_HEIGHT_IN_M, TOMB, TOMB_HEIGHT_IN_M};
-use crate::woods;
 
 /// All objects of the scene, equal on every call. `vegetation` is the share of plants and stones to keep.
 pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {

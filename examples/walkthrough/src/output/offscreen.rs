@@ -17,13 +17,14 @@ use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_fieldlod::prelude::*;
 
+use super::hud;
+use super::report::{self, FrameNumbers, SceneNumbers};
 use crate::args::Args;
+use crate::cameras::path::{CameraPath, Pose};
 use crate::cameras::{self, CameraTarget, MainCamera};
-use crate::models::Models;
-use crate::path::{CameraPath, Pose};
 use crate::quality::Quality;
-use crate::report::{self, FrameNumbers, SceneNumbers};
-use crate::{adapter, hud, scene};
+use crate::scene::models::Models;
+use crate::{adapter, scene};
 
 /// Number of updates after which a requested picture counts as lost. A picture arrives a few updates after its frame; a
 /// larger number only delays the error.

@@ -10,8 +10,8 @@ use bevy::prelude::*;
 use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::prelude::*;
 
-use crate::layout::{self, PLINTH_IN_M};
-use crate::report::SceneNumbers;
+use super::layout::{self, PLINTH_IN_M};
+use crate::output::report::SceneNumbers;
 
 /// The models and the state of their loading.
 #[derive(Resource, Clone, Debug)]

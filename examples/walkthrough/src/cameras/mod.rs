@@ -1,5 +1,8 @@
 //! The camera, and a second one for the split screen.
 
+pub(crate) mod flight;
+pub(crate) mod path;
+
 use bevy::camera::{RenderTarget, ShadowLodOrigin, Viewport};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::prelude::*;

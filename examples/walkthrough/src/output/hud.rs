@@ -4,9 +4,9 @@ use bevy::diagnostic::{Diagnostic, DiagnosticsStore, FrameTimeDiagnosticsPlugin}
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 
+use super::report::short_count;
 use crate::cameras::{FullDetailCamera, MainCamera, ViewOptions};
 use crate::quality::Quality;
-use crate::report::short_count;
 
 const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P path\n\
                     L levels   F freeze   +/- pixel error   V split   N night   Esc quit";

@@ -3,9 +3,9 @@
 use bevy::light::{NotShadowCaster, PointLightShadowMap};
 use bevy::prelude::*;
 
-use crate::layout;
+use super::layout;
+use super::sky::TimeOfDay;
 use crate::shapes::lamp::{self, FLAME_HEIGHT_IN_M};
-use crate::sky::TimeOfDay;
 
 const FIRE_IN_LUMEN: f32 = 1_500_000.0;
 /// The light comes from the flame's tip, so that the bowl's shadow stays small.

@@ -1,5 +1,13 @@
 //! The scene as Bevy entities.
 
+mod ground_texture;
+mod lamps;
+mod layout;
+pub(crate) mod models;
+mod placed;
+mod sky;
+mod woods;
+
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -13,13 +21,13 @@ use bevy::prelude::*;
 use bevy_fieldlod::FieldLodDebugPlugin;
 use bevy_fieldlod::prelude::*;
 
+use crate::adapter;
 use crate::args::Args;
 use crate::cameras::{self, ViewOptions};
-use crate::models::{self, Models};
+use crate::output::report::SceneNumbers;
 use crate::quality::Quality;
-use crate::report::SceneNumbers;
 use crate::shapes::{self, Shape, ShapeId};
-use crate::{adapter, ground_texture, lamps, layout, sky};
+use models::Models;
 
 /// The shapes and the texture, generated before the app starts.
 #[derive(Resource)]

@@ -4,9 +4,9 @@ use std::f32::consts::TAU;
 
 use bevy::prelude::*;
 
+use super::placed::{Placed, ring};
+use crate::cameras::path::CameraPath;
 use crate::noise::{random, smoothstep};
-use crate::path::CameraPath;
-use crate::placed::{Placed, ring};
 use crate::shapes::ShapeId;
 use crate::shapes::terrain::{self, PLAZA, SIDE_IN_M, TEMPLE, TOMB};
 

@@ -92,7 +92,7 @@ macro_rules! benches {
     };
 }
 
-/// A triangle at a point with edges of 0.1 units.
+/// A right triangle at a point, with legs of 0.1 units.
 macro_rules! triangle {
     ($p:expr, $n:expr) => {{
         let (a, b) = $n.any_orthonormal_pair();

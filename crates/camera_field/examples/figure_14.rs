@@ -1,6 +1,6 @@
 //! Figure 14: splat kernels of large, off-centre disks: exact, the paper's and ours (§4.1.1).
 //!
-//! The paper shows kernels and sees no apparent difference. This figure also measures the difference as an area, by
+//! The paper reports no apparent difference between kernels. This figure also measures the difference as an area, by
 //! the angle off the axis, for three orientations of a disk.
 //!
 //! `cargo run -p camera_field --example figure_14 -- paper-out`
@@ -68,7 +68,7 @@ fn main() -> Fallible {
     })
 }
 
-/// A disk at distance 1, turned from the sight ray within the plane of the axis. Positive turns face away
+/// A disk at distance 1, turned from the sight ray in the plane of ray and axis. Positive turns face away
 /// from the axis.
 fn surfel(off_axis_deg: f64, turn_deg: f64, radius: f64) -> Surfel {
     let (phi, turn) = (off_axis_deg.to_radians(), turn_deg.to_radians());

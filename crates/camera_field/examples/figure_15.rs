@@ -254,7 +254,7 @@ fn draw_triangles(camera: &PosedCamera, triangles: &[[Vertex; 3]]) -> Image {
     image
 }
 
-/// A surfel in camera space.
+/// A projected surfel.
 struct Splat {
     kernel: SplatKernel,
     depth: f64,
@@ -262,7 +262,7 @@ struct Splat {
 }
 
 impl Splat {
-    /// Returns `None` if the surfel faces away.
+    /// Returns `None` if the surfel faces away, or if its depth is at most its radius.
     fn new(camera: &PosedCamera, sample: &Vertex, radius: f64) -> Option<Self> {
         let center = camera.pose.to_camera(sample.position);
         let normal = camera.pose.direction_to_camera(sample.normal.normalize());

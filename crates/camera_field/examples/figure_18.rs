@@ -209,7 +209,7 @@ impl Scene {
 }
 
 impl Solid {
-    /// The distance along a ray at which it enters the solid.
+    /// The multiple of `direction` at which a ray enters the solid.
     fn distance(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         match *self {
             Self::Sphere { center, radius } => {
@@ -358,7 +358,7 @@ fn merged_on_grid(projected: &[DVec3], shift: DVec2) -> usize {
     };
     let mut keys: Vec<u64> = projected.iter().map(key).collect();
     keys.sort_unstable();
-    // Keys are sorted by pixel and depth. A larger depth starts a new layer.
+    // Keys are sorted by pixel and depth. A depth beyond `SAME_DEPTH` starts a new layer.
     let (mut layers, mut layer) = (0, None::<(u64, f64)>);
     for key in &keys {
         let (pixel, depth) = (key >> 32, f64::from(f32::from_bits(*key as u32)));

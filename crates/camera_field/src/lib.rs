@@ -37,8 +37,8 @@
 //! | Paper | Here |
 //! |---|---|
 //! | §2.1 planar field (1–4) | [`PlanarCamera`] |
-//! | §2.2 field (5, 6), spherical (7) | [`Intrinsics`], [`Spherical`], in the world [`PosedCamera`] |
-//! | §3.1 flux (8), Property 1 | [`Intrinsics::flux_through_triangle`], [`Intrinsics::flux_through_patch`], [`Intrinsics::flux_through_disk`] |
+//! | §2.2 field (5, 6), §3 spherical (7) | [`Intrinsics`], [`Spherical`], in the world [`PosedCamera`] |
+//! | §3.1 flux (8), §3.2 Property 1 | [`Intrinsics::flux_through_triangle`], [`Intrinsics::flux_through_patch`], [`Intrinsics::flux_through_disk`] |
 //! | §3.2 divergence (9–11), curl (12) | [`Intrinsics::divergence`], [`Intrinsics::curl`] |
 //! | §3.3 level surface (13), gradient (14) | [`Intrinsics::level_radius`], [`Intrinsics::gradient`] |
 //! | §3.4 aspect ratio | [`Intrinsics::aspect_ratio`], [`Intrinsics::pattern_aspect_ratio`] |
@@ -59,7 +59,7 @@
 //! # Errata of the paper
 //! Each has a test, named in brackets, in `tests/paper/errata.rs` unless another file is named. All
 //! other equations hold as printed. The remaining tests compare each with central differences or
-//! counted samples to 85° off axis.
+//! counted samples, up to 85° off axis.
 //!
 //! 1. Appendix iii: the normals of E₁ and E₂ are (z, 0, −x) and (0, z, −y); both signs are printed
 //!    wrong. The sine that follows is right. (`appendix_iii_normals_have_the_wrong_sign`)
@@ -70,7 +70,7 @@
 //!    where the curl is zero. (`curl_alone_does_not_explain_the_asymmetry`)
 //! 4. §4.1.1 proposes to shear the content of the kernel. A linear shear keeps the kernel symmetric;
 //!    asymmetry needs a second-order term. (`an_affine_shear_is_symmetric`)
-//! 5. §3.1: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
+//! 5. §3.2: on the image plane it is `|c · n|` that is 1, not `|c · da|`.
 //!    (`density_on_the_image_plane_is_one`, in `field.rs`)
 //! 6. (17, 18) are the mean and deviation of flux density, not of flux.
 //!    (`mean_and_deviation_match_numerical_integration`, in `applications.rs`)
@@ -101,7 +101,7 @@
 //! The examples `figure_09`, `figure_10`, `figure_11`, `figure_14`, `figure_15` and `figure_18` draw the paper's
 //! figures and print their numbers. Their tests check these results:
 //!
-//! - The paper sees no apparent difference between its splat kernel and the exact one (Fig. 14). For
+//! - The paper reports no apparent difference between its splat kernel and the exact one (Fig. 14). For
 //!   a disk perpendicular to the sight ray, 60° off axis, with a radius of 0.15 of its distance, 33 %
 //!   of the area differs. With [`SplatKernel::map_sheared`], 7 % of the area differs.
 //!   [`SplatKernel::map_exact`] is exact and costs one division.

@@ -281,7 +281,7 @@ impl SceneFiles {
         files.push((path("glb"), scene.glb));
         let is_new = !folder.exists();
         let written = files.iter().try_for_each(|(path, bytes)| {
-            // Images may be in folders of their own.
+            // Images may be in subfolders.
             make_folder(path.parent().unwrap_or(folder))?;
             write_whole(path, bytes)
         });

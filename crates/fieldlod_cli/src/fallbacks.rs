@@ -51,7 +51,7 @@ impl PrimitiveBake {
     }
 }
 
-/// One line per kind of fallback, and one if the bake is stuck. Each begins with a line break.
+/// One line per kind of fallback, per kind of repaired geometry, and for a stuck bake. Each begins with a line break.
 pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
     let mut text = String::new();
     for kind in [

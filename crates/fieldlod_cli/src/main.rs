@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use fieldlod_cli::output::{Failure, exit_code};
 
-/// Automatic, view-dependent level of detail: bake and inspect hierarchies.
+/// Automatic, view-dependent level of detail: bake, inspect and verify hierarchies.
 #[derive(Debug, Parser)]
 #[command(version)]
 struct CommandLine {

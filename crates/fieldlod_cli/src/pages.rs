@@ -61,7 +61,7 @@ impl PagesReport {
 
     pub(crate) fn text(&self) -> String {
         let mut text = format!(
-            "{}: {} in pages, table of contents {}, format {}",
+            "{}: {}, table of contents {}, format {}",
             self.file,
             bytes_text(self.bytes),
             bytes_text(self.contents_bytes),

@@ -219,7 +219,7 @@ fn push(json: &mut Value, list: &str, value: Value) -> usize {
     if !json[list].is_array() {
         json[list] = json!([]);
     }
-    let list = json[list].as_array_mut().expect("it was just made");
+    let list = json[list].as_array_mut().expect("the list is an array");
     list.push(value);
     list.len() - 1
 }
@@ -298,7 +298,7 @@ fn pack(
     dropped: &BTreeMap<usize, usize>,
 ) -> Result<Vec<u8>, BadReference> {
     let mut used = BTreeSet::new();
-    // Extensions refer to views by the same key, or by any number.
+    // Extensions may refer to views by other keys, so every number in an extension counts.
     for key in ["bufferView", "extensions"] {
         add_numbers_below(key, json, false, &mut used);
     }

@@ -16,7 +16,7 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) source_vertices_left_out: bool,
     /// Vertices created by simplification.
     pub(crate) moved_vertices: u32,
-    /// The distance of the file's positions from the source's; 0 in a lossless file.
+    /// Largest distance between a position in the file and in the source; 0 in a lossless file.
     pub(crate) position_error_in_local: f32,
     /// The joint that places the mesh for selection, if it is skinned.
     pub(crate) carrier_joint: Option<u16>,

@@ -1,9 +1,9 @@
-//! Bounding volumes: spheres steer the level of detail, and boxes cull.
+//! Bounding volumes: spheres for selection, boxes for culling.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-/// Bounding sphere of a group. It steers the level of detail.
+/// Bounding sphere of a group, for selection.
 ///
 /// It contains the surface of the group before and after simplification, so it is too loose to cull.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]

@@ -33,7 +33,7 @@ impl Hierarchy {
     /// Adds a group that consumes all units added since the last group. `finer` lists each group that
     /// produced one of these units once.
     ///
-    /// The level and the ranges of `group` are ignored and computed.
+    /// The level and the ranges are computed; those of `group` are ignored.
     pub fn push_group(&mut self, group: Group, finer: impl IntoIterator<Item = u32>) {
         let first_finer = self.finer.len();
         self.finer.extend(finer);

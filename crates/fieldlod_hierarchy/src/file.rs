@@ -1,7 +1,8 @@
 //! The `.fieldlod` file: compressed hierarchies, coarsest level first.
 //!
 //! ```text
-//! magic "FLDLOD\r\n" | version u32 | primitive count u32 | directory bytes u64 | XXH3 of it u64
+//! magic "FLDLOD\r\n" | version u32 | primitive count u32
+//! | directory bytes u64 | XXH3 of directory u64, seed: primitive count
 //! directory: per primitive  indices, name, source hash, attributes, precision, flags, carrier joint,
 //!            grids and position error if quantized, counts,
 //!            and length u64 and XXH3 u64 of each section
@@ -18,8 +19,8 @@
 //! source vertices; it always stores which vertices the triangles use.
 //!
 //! meshoptimizer's vertex and index codecs do not fit: their maintained implementation is C++, which
-//! every loader would have to link. They also change the order of vertices and the first corner of
-//! triangles, and they need a general compressor behind them.
+//! every loader would have to link. The index codec also changes the first corner of triangles, and both
+//! codecs need a general compressor behind them.
 
 mod contents;
 mod decode;

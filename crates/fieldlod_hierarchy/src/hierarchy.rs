@@ -39,7 +39,7 @@ pub struct Hierarchy {
     /// The joint whose pose places the mesh for selection, as an index into the joint list of its skin. `None` for
     /// a mesh without a skin.
     ///
-    /// Bounds and lengths of a skinned mesh are in its local space as carried by this joint. With
+    /// Bounds and lengths of a skinned mesh are in its local space, and this joint moves them. With
     /// `world_from_local = joint_global * inverse_bind`, the spheres contain the mesh in all sampled poses.
     pub carrier_joint: Option<u16>,
     /// Groups. Each finer group of a group has a smaller index.
@@ -68,14 +68,14 @@ pub struct Group {
     /// surface and the *source* surface that it replaces. Not smaller than the deviation of any finer group. Infinite
     /// for a terminal group, and for all groups of an unmeasured hierarchy ([`Hierarchy::is_measured`]).
     pub deviation_in_local: f32,
-    /// Error of the whole mesh at the next coarser level, in local units, measured on pictures. It
-    /// selects the level of a mesh that is drawn as a whole. Not smaller than that of a finer level. 0
-    /// for a terminal group, and for all groups if no pictures were measured.
+    /// Error of the whole mesh at the next coarser level, in local units: measured on pictures, or the error
+    /// that [`Hierarchy::push_whole_mesh`] copies. It selects the level of a mesh that is drawn as a whole. Not
+    /// smaller than that of a finer group. 0 for a terminal group, and if there is no whole-mesh error.
     pub whole_mesh_error_in_local: f32,
     /// Area-weighted mean of the unit normals of the triangles. Its length is near 1 for a flat surface
     /// and near 0 for a closed surface.
     pub mean_normal: Vec3,
-    /// Level of the consumed units: 0 for source geometry, plus 1 per simplification.
+    /// Level of the coarsest consumed unit: 0 for source geometry, plus 1 per simplification.
     pub level: u32,
     /// First entry in [`Hierarchy::finer`].
     pub first_finer: u32,

@@ -30,7 +30,7 @@ impl Hierarchy {
         self.refine_by(refined, |_, is_refined| is_refined);
     }
 
-    /// The units of the cut at `level`. It contains finer units only where no coarser ones exist.
+    /// The units of the cut at `level`. It contains finer units only where no unit has this level.
     pub fn units_at_level(&self, level: u32) -> Vec<usize> {
         let mut refined: Vec<bool> = self.groups.iter().map(|g| g.level >= level).collect();
         self.close_refinement(&mut refined);
@@ -40,8 +40,7 @@ impl Hierarchy {
     /// The units that the [cut rule](Self#the-cut-rule) draws for these `refined` groups, as indices into
     /// [`Hierarchy::units`], ascending.
     ///
-    /// # Panics
-    /// While iterated, if `refined` has fewer entries than there are groups.
+    /// Missing entries of `refined` count as `false`.
     pub fn drawn_units(&self, refined: &[bool]) -> impl Iterator<Item = usize> {
         // Condition 1: the consumer is refined.
         let consumers = self

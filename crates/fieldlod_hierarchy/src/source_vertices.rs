@@ -21,8 +21,8 @@ impl Hierarchy {
     /// [`source`](Self::source). A complete hierarchy is returned unchanged.
     ///
     /// # Errors
-    /// If `source` has another number of vertices or other attributes, or if it breaks an invariant.
-    /// In all these cases it is not the baked mesh.
+    /// If `source` has another number of vertices or other attributes, or if the result breaks an invariant.
+    /// `source` is then not the baked mesh, or the file is malformed.
     pub fn with_source_vertices(mut self, source: &Vertices) -> Result<Self, InvalidHierarchy> {
         if !self.lacks_source_vertices() {
             return Ok(self);
@@ -37,9 +37,9 @@ impl Hierarchy {
         Ok(self)
     }
 
-    /// Adds unused source vertices. This hierarchy was baked from a mesh with only the vertices `used` of `source`; the
-    /// result belongs to the whole mesh. Unused vertices get the position of the first used vertex, so that no box
-    /// grows.
+    /// Adds unused source vertices. This hierarchy was baked from a mesh with only the vertices `used` of `source`. The
+    /// result has all vertices of `source`, but keeps the hash of the smaller mesh. Unused vertices get the position of
+    /// the first used vertex, so that no box grows.
     ///
     /// # Panics
     /// If `used` does not have one index per source vertex, or an index is beyond `source`.

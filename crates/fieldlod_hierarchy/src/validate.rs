@@ -40,7 +40,9 @@ pub enum InvalidHierarchy {
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
     /// Ranges have gaps, overlap, or do not cover the array.
-    #[error("the {what} of {owner} {index} do not follow the previous ones, or end out of range")]
+    #[error(
+        "the {what} of {owner} {index} do not follow the previous ones, or do not end with the list"
+    )]
     BrokenRange {
         what: &'static str,
         owner: &'static str,
@@ -89,8 +91,8 @@ pub enum InvalidHierarchy {
     /// An error is negative or NaN, or is smaller than that of a finer group.
     #[error("group {group} has error {error}, which is negative, NaN or below a finer group's")]
     BadError { group: usize, error: f32 },
-    /// A deviation is negative or NaN, or is smaller than that of a finer group. Or it is infinite although the error
-    /// is finite. An unmeasured hierarchy has only infinite deviations.
+    /// A deviation is negative or NaN, or is smaller than that of a finer group, or only one of deviation and error
+    /// is infinite. In an unmeasured hierarchy, all deviations are infinite.
     #[error(
         "group {group} has deviation {deviation}, which is negative, NaN, below a finer group's, or \
          not infinite for the same groups as the error"

@@ -80,7 +80,8 @@ fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
 /// A hash (XXH3, 64 bits) of the vertices and triangle indices of a mesh.
 ///
 /// A hierarchy refers to source vertices by index, so it only fits the mesh that it was baked from. The
-/// hash detects stale files. It ignores attributes that [`Vertices`] does not hold.
+/// hash detects stale files. It ignores attributes that [`Vertices`] does not hold, except for
+/// [joints](Self::with_joints) and [morph targets](Self::with_morph_target) that are added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct SourceHash(pub u64);
@@ -100,7 +101,7 @@ impl SourceHash {
 
     /// Adds a list and its length to the hash.
     fn and<V: NoUninit>(self, values: &[V]) -> Self {
-        // The previous hash is the seed, and the length comes first: values cannot move from one list to the next.
+        // The seed and the length change the hash if a value moves from one list to the next.
         let mut hasher = Xxh3::with_seed(self.0);
         hasher.update(&(values.len() as u64).to_le_bytes());
         hasher.update(bytemuck::cast_slice(values));

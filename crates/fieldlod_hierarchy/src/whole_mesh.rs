@@ -102,8 +102,8 @@ impl Hierarchy {
         let position = |&vertex: &u32| self.vertices.positions[vertex as usize];
         let aabb = Aabb::around(used.iter().map(position)).unwrap_or_default();
         self.push_unit(finer.unwrap_or(NO_GROUP), aabb, used, indices);
-        // Here the error of the level is that of the whole mesh. 0 means "not measured", and an infinite error cannot
-        // be stored there.
+        // The group is the whole mesh, so its error is the whole-mesh error. Terminal groups have 0, because a
+        // whole-mesh error must be finite.
         let error = group.error_in_local;
         let group = Group {
             whole_mesh_error_in_local: if error.is_finite() { error } else { 0.0 },
@@ -113,7 +113,8 @@ impl Hierarchy {
         Some(())
     }
 
-    /// Returns `true` if each level is one group with one unit, a common sphere and its whole-mesh error.
+    /// Returns `true` if each level is one group with one unit, all spheres are equal, and the error of each group that
+    /// is not terminal is its whole-mesh error.
     #[must_use]
     pub fn is_chain_of_whole_meshes(&self) -> bool {
         let Some(first) = self.groups.first() else {

@@ -33,7 +33,7 @@ pub(crate) fn clusterlod_error_px(view: &ObjectView, group: usize) -> f32 {
 
 /// Godot's level for the whole object; 0 is the source.
 pub(crate) fn godot_level(view: &ObjectView, threshold_px: f32) -> u32 {
-    // In orthographic views Godot compares with half of the view's width, in perspective views with all of it.
+    // Godot compares errors with half of the width of orthographic views, and with the full width of perspective views.
     let (distance, widths) = if view.eye.is_orthographic() {
         (1.0, 2.0)
     } else {

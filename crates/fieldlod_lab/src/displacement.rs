@@ -1,8 +1,8 @@
 //! Distances between a cut and the source surface on the screen, in pixels.
 //!
 //! Each sample of the source surface is paired with the nearest point of the cut. Each sample of the cut is paired
-//! with the nearest point of the source. Only samples that are in the picture and face the eye count. Both points of
-//! a pair are projected, in `f64`:
+//! with the nearest point of the source. Only samples in the picture count. Unless surfaces are two-sided, only those
+//! that face the eye count. Both points of a pair are projected, in `f64`:
 //!
 //! ```text
 //! displacement = | project(p) − project(nearest(p)) |        pixels
@@ -155,7 +155,7 @@ impl<'a> Projector<'a> {
     }
 
     fn is_visible(&self, sample: &Sample) -> bool {
-        // Culling and clipping remove everything else, so errors there are not seen.
+        // Culling and clipping remove surfaces outside the picture, so errors there are not visible.
         let position = self.in_camera(sample.position);
         if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
         {

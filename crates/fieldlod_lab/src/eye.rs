@@ -77,7 +77,7 @@ impl Eye {
     /// The same camera at `position`, looking at `target`, with +Y up.
     #[must_use]
     pub fn looking_at(self, position: Vec3, target: Vec3) -> Self {
-        // The matrix holds only the rotation: far from the origin, a position would lose digits in it.
+        // The matrix holds only the rotation, because a position far from the origin would lose digits.
         let view = Mat4::look_to_rh(Vec3::ZERO, (target - position).normalize(), Vec3::Y);
         let rotation = Quat::from_mat4(&view).inverse().normalize();
         let world_from_view = Affine3A::from_rotation_translation(rotation, position);
@@ -155,7 +155,7 @@ impl Eye {
     }
 
     /// Projects a point of camera space to pixels from the principal point; `None` if the point is nearer than the
-    /// near plane.
+    /// near plane of a perspective camera.
     pub(crate) fn project_px(&self, p: DVec3) -> Option<DVec2> {
         match &self.camera {
             Camera::Perspective(intrinsics) => {

@@ -8,7 +8,7 @@
 //! - [`characters`] measures the levels of skinned meshes in held-out animations.
 //! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
-//! They share [`method`] (the compared methods), [`displacement`] and [`holes`] (geometric errors of a
+//! Shared modules: [`method`] (the compared methods), [`displacement`] and [`holes`] (geometric errors of a
 //! cut), [`render`] (a reference renderer) and [`measure`] (image errors).
 //!
 //! The command `fieldlod-lab` runs all of them. No other library depends on this crate.

@@ -8,13 +8,14 @@
 //! | [`Method::VisibilityRange`] | Bevy's `VisibilityRange` |
 //!
 //! # Fairness of the comparison
-//! - All methods use the same error of every group or level: the measured deviation
+//! - The baselines use the same error of every group or level: the measured deviation
 //!   ([`ErrorSource::Measured`]), or the error that the simplifier reports ([`ErrorSource::Reported`]).
+//!   [`Method::Quality`] always uses the reported error, [`Method::Guaranteed`] the measured deviation.
 //! - All methods run at the same threshold, 1 px unless stated otherwise.
-//! - Ranges of [`Method::VisibilityRange`] start where the error of a level equals the threshold on the axis of the
-//!   *reference view*: 60° high, 1080 px, unit scale ([`LodObject::range_start`]).
+//! - Ranges of [`Method::VisibilityRange`] start where the error of a level, at the near side of the object's sphere,
+//!   equals the threshold in the *reference view*: 60° high, 1080 px, unit scale ([`LodObject::range_start`]).
 //! - The baselines have no hysteresis: their systems disable it by default.
-//! - clusterlod's rule does not define orthographic views. There the distance is left out of its formula.
+//! - clusterlod's rule does not define orthographic views. The formula then omits the distance.
 //!
 //! [`ErrorSource::Measured`]: crate::object::ErrorSource::Measured
 //! [`ErrorSource::Reported`]: crate::object::ErrorSource::Reported

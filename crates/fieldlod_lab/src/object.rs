@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Focal length of the reference view, which is 60° and 1080 px high: 540 px / tan 30°.
 pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
 
-/// The error of a group that all methods use.
+/// The error of a group that the baselines use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ErrorSource {
@@ -70,8 +70,8 @@ impl LodObject {
         self.level_errors_in_local.len() as u32
     }
 
-    /// The distance at which a hand-tuned range of `level` starts. There the error of the level is `threshold_px` on
-    /// the axis of the reference view, at unit scale.
+    /// The distance to the object's center at which a hand-tuned range of `level` starts. At the near side of the
+    /// object's sphere, the error of the level is then `threshold_px` in the reference view, at unit scale.
     #[must_use]
     pub fn range_start(&self, level: u32, threshold_px: f32) -> f32 {
         if level == 0 {

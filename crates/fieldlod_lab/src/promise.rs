@@ -2,7 +2,7 @@
 //!
 //! For each camera, the [displacements](crate::displacement) of three cuts are measured. The first cut is that of
 //! [`Method::Guaranteed`]. The others are by clusterlod's metric, on the same hierarchy and on its own. Fields of view
-//! range from 30° to 120°. Every other placement is stretched, sheared or mirrored.
+//! range from 30° to 120°. Every other placement is stretched and sheared, and half of these are mirrored.
 //!
 //! On our hierarchy, both methods use the measured deviations as errors, so only the criterion differs.
 //! The hierarchy of clusterlod has the errors that its simplifier reports.

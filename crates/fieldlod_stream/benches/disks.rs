@@ -1,7 +1,7 @@
 //! Missing pages of a world of 100 rocks with 327,680 triangles, for two GPU budgets, two simulated disks and
 //! three kinds of movement. A rock has a radius of about a metre.
 //!
-//! `cargo bench -p fieldlod_stream --bench disks`. Nothing is timed, so the results are equal on all machines.
+//! `cargo bench -p fieldlod_stream --bench disks`. All machines give the same results, except for main memory.
 //! The 100 rocks are copies of eight baked rocks. Each copy has its own pages.
 
 #[path = "../tests/simulation/mod.rs"]
@@ -79,7 +79,7 @@ fn report(rocks: &[PagedMesh], pace: Pace, gpu_mib: u64, disk: Disk) {
     let frames: Vec<FrameReport> = (0..(SECONDS * FRAMES_PER_SECOND) as u32)
         .map(draw)
         .collect();
-    // In the first second, all worlds load their first pages.
+    // The first second is skipped, because first pages load in it.
     let frames = &frames[FRAMES_PER_SECOND as usize..];
     let max = |of: fn(&FrameReport) -> f64| frames.iter().map(of).fold(0.0, f64::max);
     let mean =

@@ -9,7 +9,7 @@
 //! - Wanted pages are ordered by missing pixels per byte. Coarser pages come before the finer pages that need them.
 //! - The least recently used pages are evicted first.
 //! - Pages in use are never evicted. If the pages that are in use or wanted exceed the budget, thresholds rise
-//!   [in small steps](Residency::coarsening) until they fit. Thresholds fall when much of the budget is free.
+//!   [in small steps](Residency::coarsening) until the pages fit. Thresholds fall when much of the budget is free.
 //! - Pages that were unused for [some time](StreamSettings::keep_unused) are evicted even if there is room.
 //!
 //! `benches/RECORD.md` lists missing pages and their errors for a world of 33 million triangles with 256 and 26 MiB.

@@ -69,7 +69,7 @@ impl MeshPages {
         let mut coarser = vec![Vec::new(); mesh.pages.len()];
         for (group, data) in (0..group_count).zip(&mesh.graph.groups) {
             let page = mesh.page_of(group);
-            // By the cut rule, a refined finer group refines this group as well, which then draws units of `page`.
+            // By the cut rule, refining `finer` also refines `group`. `group` then draws units of `page`.
             for &finer in mesh.graph.finer_groups(data) {
                 coarser[mesh.page_of(finer) as usize].push(page);
             }
@@ -78,7 +78,7 @@ impl MeshPages {
         let pages = pages.map(|(number, (page, mut coarser))| {
             coarser.sort_unstable();
             coarser.dedup();
-            // The first page holds groups of several levels. It does not wait for itself.
+            // Only a malformed file has a page that depends on itself.
             coarser.retain(|&page| page as usize != number);
             let gpu_bytes = u64::from(page.mesh_bytes);
             PageEntry {
@@ -105,7 +105,7 @@ impl MeshPages {
     /// Raises the priority of the coarser pages that a page depends on.
     pub(crate) fn raise_coarser_priorities(&mut self, page: u32) {
         let priority = self.pages[page as usize].priority;
-        // Taken out while other pages of the same list are changed. A swap saves the copy.
+        // The list is taken out while other pages are changed, which saves a copy.
         let coarser = std::mem::take(&mut self.pages[page as usize].coarser);
         for &coarser in &coarser {
             let coarser = &mut self.pages[coarser as usize];

@@ -17,8 +17,8 @@ const FINER: f32 = 1.0 / 1.02;
 /// The coarsening falls while wanted pages need less than this share of the budget. Between this share and the whole
 /// budget it stays constant.
 const DEAD_BAND_FROM: f64 = 0.8;
-/// Largest coarsening: a threshold of about the height of a picture. From there thresholds fall back within 6 seconds at
-/// 60 Hz. Without a limit they would take far longer after a budget that was too small.
+/// Largest coarsening: a threshold of about the height of a picture. After the wait of [`WAIT_FRAMES`], thresholds fall
+/// back within 6 seconds at 60 Hz. Without a limit they would take far longer after a budget that was too small.
 const MAX_COARSENING: f32 = 1000.0;
 /// First and largest number of frames between exceeding the budget and lowering thresholds.
 ///
@@ -60,7 +60,7 @@ pub struct Residency {
 pub struct Orders {
     /// Pages to free. They count as evicted.
     pub evict: Vec<StreamPageId>,
-    /// Pages to load, by descending priority.
+    /// Pages to load: first pages, then other pages by descending priority.
     pub load: Vec<StreamPageId>,
 }
 
@@ -122,7 +122,7 @@ impl Residency {
         StreamMeshId(self.meshes.len() as u32 - 1)
     }
 
-    /// Removes a mesh. The caller frees its pages; pages that are still loading are ignored.
+    /// Removes a mesh. The caller frees its resident pages. Later reports about its loading pages are ignored.
     pub fn remove_mesh(&mut self, mesh: StreamMeshId) {
         let removed = self.meshes.get_mut(mesh.0 as usize).and_then(Option::take);
         let Some(removed) = removed else {
@@ -143,7 +143,8 @@ impl Residency {
         }
     }
 
-    /// Factor of this frame's thresholds in pixels. It is 1 while all wanted pages fit the budget.
+    /// Factor of this frame's thresholds in pixels. It is 1 until wanted pages exceed the budget, and returns to 1
+    /// when much of the budget stays free.
     #[must_use]
     pub fn coarsening(&self) -> f32 {
         self.coarsening
@@ -258,7 +259,7 @@ impl Residency {
                 mesh: StreamMeshId(mesh as u32),
                 page: 0,
             };
-            // Without room: geometry that is missing altogether is worse than a budget that is exceeded.
+            // This ignores the GPU budget: a missing mesh is worse than an exceeded budget.
             if self.may_load(first) {
                 self.begin_loading(first, orders);
             }
@@ -382,7 +383,7 @@ impl Residency {
         orders.evict.push(page);
     }
 
-    /// Reports that a page is loaded. Returns `false` if its mesh was removed.
+    /// Reports that a page is loaded. Returns `false` if it was not being loaded, or if its mesh was removed.
     pub fn set_loaded(&mut self, page: StreamPageId) -> bool {
         let Some(entry) = self.end_loading(page) else {
             return false;

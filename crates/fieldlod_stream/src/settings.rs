@@ -5,7 +5,8 @@ use std::time::Duration;
 /// Memory budgets for pages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StreamSettings {
-    /// Budget of meshes on the GPU, in bytes. Only the first pages of all meshes may exceed it.
+    /// Budget of meshes on the GPU, in bytes. First pages may exceed it, and so may pages in use after the budget is
+    /// reduced.
     pub gpu_bytes: u64,
     /// Budget of main memory for pages that are being loaded, in bytes. A single page may exceed it.
     pub loading_bytes: u64,

@@ -5,8 +5,8 @@ use bevy::render::settings::{PowerPreference, WgpuSettings};
 use bevy::tasks::block_on;
 
 /// The log line if there is no adapter.
-pub(crate) const NOT_FOUND: &str = "could not find a Vulkan adapter; selecting levels without rendering (on Debian and \
-     Ubuntu, the package mesa-vulkan-drivers provides a software adapter)";
+pub(crate) const NOT_FOUND: &str = "could not find a graphics adapter; selecting levels without rendering (on Debian \
+     and Ubuntu, the package mesa-vulkan-drivers provides a software adapter)";
 
 /// The kind of adapter that renders the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

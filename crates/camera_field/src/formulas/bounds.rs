@@ -14,8 +14,8 @@
 //! of spheres, up to rounding. Only `+ − × ÷ √` and comparisons are used, so that the same
 //! inputs give the same bits on every machine.
 //!
-//! Lengths from 1e-18 to 1e18 units are supported. Beyond them, squares overflow or vanish, and
-//! the result is [`SphereBound::Unbounded`].
+//! Lengths from 1e-18 to 1e18 units are supported. Squares of longer lengths overflow; squares of
+//! shorter lengths lose precision. Bounds may then be [`SphereBound::Unbounded`] or too small.
 
 use super::intrinsics::Intrinsics;
 use super::scalar::{Real, Vec3};
@@ -105,9 +105,9 @@ impl SphereExtent {
 impl Intrinsics {
     /// Returns `true` if a sphere can touch the field of view.
     ///
-    /// The test uses the four side planes and the plane `z = −r`, without a far plane. It is
+    /// The test uses the four side planes and the plane `z = 0`, without a far plane. It is
     /// conservative: never false for a sphere that reaches into the view, but sometimes true for a
-    /// sphere beside an edge of the frustum. True for NaN.
+    /// sphere beside an edge of the frustum. A NaN is never outside a plane.
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
         let outside = center.z < -radius

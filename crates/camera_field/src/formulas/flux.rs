@@ -38,7 +38,7 @@ impl Intrinsics {
     /// Flux through a triangle in front of the camera, without clipping to the field of view.
     #[inline]
     pub fn flux_through_triangle_in_view(&self, [p0, p1, p2]: [Vec3; 3]) -> Real {
-        // This is det(P₀, P₁, P₂). With edges, the columns of a small, distant triangle do not nearly cancel.
+        // This is det(P₀, P₁, P₂). Edges avoid the cancellation of nearly equal columns for a small, distant triangle.
         let determinant = p0.dot((p1 - p0).cross(p2 - p0));
         // The plane of the triangle contains the camera. The division below could give NaN if z is zero.
         if determinant == 0.0 {

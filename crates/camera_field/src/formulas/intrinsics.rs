@@ -115,7 +115,7 @@ impl Intrinsics {
     pub fn pattern_aspect_ratio(&self, p: Vec3) -> Real {
         let (slope_x, slope_y) = (p.x / p.z, p.y / p.z);
         let (fx, fy) = (self.focal_px.x, self.focal_px.y);
-        // J Jᵀ of the projection, times z². Its eigenvalues are the squared pixel scales.
+        // z² J Jᵀ, with `J` the derivative of the projection. Its eigenvalues are z² times the squared pixel scales.
         let xx = fx * fx * (1.0 + slope_x * slope_x);
         let yy = fy * fy * (1.0 + slope_y * slope_y);
         let xy = fx * fy * slope_x * slope_y;
@@ -174,8 +174,8 @@ impl Intrinsics {
     }
 
     /// Largest movement in pixels per unit of displacement perpendicular to the sight ray:
-    /// `f ρ/z² = √(c / cos φ)`. Displacements along the radius of the image reach it. For oblong
-    /// pixels it is an upper bound, with the larger focal length.
+    /// `f ρ/z² = √(c / cos φ)`, for a displacement along the radius of the image. For oblong pixels,
+    /// the larger focal length gives an upper bound. Zero outside the field of view.
     #[inline]
     pub fn pixel_scale(&self, p: Vec3) -> Real {
         if self.contains(p) {

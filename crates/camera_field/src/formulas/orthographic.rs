@@ -42,10 +42,11 @@ impl OrthographicIntrinsics {
         }
     }
 
-    /// Returns `true` if a sphere can touch the view rectangle. Never false for a sphere that does; true for NaN.
+    /// Returns `true` if a sphere can touch the view rectangle. Never false for a sphere that does.
+    /// NaN is never outside.
     #[inline]
     pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
-        // The negation makes NaN count as visible.
+        // With the negation, a comparison with NaN counts as inside.
         let outside = center.x + radius < self.min.x
             || center.x - radius > self.max.x
             || center.y + radius < self.min.y

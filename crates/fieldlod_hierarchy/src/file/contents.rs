@@ -8,8 +8,8 @@ use crate::hierarchy::Hierarchy;
 pub struct FileOptions {
     /// Precision of vertex attributes.
     pub precision: Precision,
-    /// Omits the source vertices and stores only moved vertices. The file is then read with its source
-    /// mesh, by [`BakedFile::from_bytes_beside_source`].
+    /// Omits the source vertices and stores only moved vertices. [`BakedFile::from_bytes_beside_source`]
+    /// reads the file, and [`Hierarchy::with_source_vertices`] adds the vertices of the source mesh.
     pub beside_source: bool,
 }
 

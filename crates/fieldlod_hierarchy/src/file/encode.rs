@@ -26,7 +26,7 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
 /// A hierarchy with the vertices that a reader will get, and the rows of these vertices.
 pub(super) struct Prepared<'a> {
     source: &'a Hierarchy,
-    /// The hierarchy with rounded vertices, and the largest distance that rounding moves a position.
+    /// The hierarchy with rounded vertices, and the largest distance of a rounded position from the exact one.
     rounded: Option<(Hierarchy, f32)>,
     pub(super) rows: Rows,
     attributes: Attributes,
@@ -132,7 +132,7 @@ impl Prepared<'_> {
             for group in groups {
                 coder.add_group(group);
             }
-            // Unused vertices and origins belong to no level. In the last section they do not delay a coarser one.
+            // Unused vertices and origins belong to no level. They are last, so that coarser sections stay small.
             if number == last {
                 unused_vertices = coder.add_unused();
                 coder.coded.moved_from.clone_from(&hierarchy.moved_from);
@@ -145,7 +145,7 @@ impl Prepared<'_> {
     }
 }
 
-/// The groups of each section. The first section holds the terminal groups. Some cut therefore refines exactly the
+/// The groups of each section. The first section holds the terminal groups. For each N, a cut refines exactly the
 /// groups of the first N sections.
 fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
     let level_count = hierarchy.level_count();

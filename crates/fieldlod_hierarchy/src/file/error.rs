@@ -7,7 +7,7 @@ use crate::validate::InvalidHierarchy;
 /// The format version that this crate reads and writes.
 pub const FORMAT_VERSION: u32 = 1;
 
-/// Reasons why bytes are not a valid `.fieldlod` file.
+/// Reasons why bytes are not a valid `.fieldlod` or `.fieldpages` file.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the message of each variant names its fields")]

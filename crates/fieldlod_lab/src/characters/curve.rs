@@ -27,8 +27,8 @@ impl Curve {
         Some(from + (to - from) * (error - low) / (high - low))
     }
 
-    /// The mean ratio of triangles of other levels to this curve at the same errors. `None` if no error is between levels of
-    /// the curve.
+    /// The geometric mean ratio of triangles of other levels to this curve at the same errors. `None` if no error is
+    /// between levels of the curve.
     pub(super) fn relative(&self, levels: &[(usize, f32)]) -> Option<f64> {
         let ratios = levels.iter().filter_map(|&(triangles, error)| {
             let own = self.at(f64::from(error).ln())?;

@@ -29,8 +29,8 @@ const MANY_CLIPS: usize = 10;
 /// the number.
 const MOST_POSES: usize = 64;
 
-/// Largest number of vertices of a drawn character: a drawn level is one unit with 16-bit indices. A bake limits only its
-/// parts.
+/// Largest number of vertices of a drawn character: a drawn level is one unit with 16-bit indices. A bake
+/// limits only the vertices of each part.
 const MOST_DRAWN_VERTICES: usize = 1 << 16;
 
 /// The levels of one character, measured in held-out poses.
@@ -38,15 +38,15 @@ const MOST_DRAWN_VERTICES: usize = 1 << 16;
 pub struct CharacterResult {
     /// The name of its file.
     pub name: String,
-    /// Its primitives.
+    /// Number of its primitives.
     pub parts: usize,
     /// Triangles of its source.
     pub triangles: usize,
-    /// Held-out poses.
+    /// Number of held-out poses.
     pub poses: usize,
-    /// Triangles and greatest deviation of each level, relative to the character's radius.
+    /// Triangles of each level, and its greatest deviation relative to the character's radius.
     pub levels: Vec<(usize, f32)>,
-    /// Triangles and greatest deviation of each level of the baseline, relative to the character's radius.
+    /// Triangles of each level of the baseline, and its greatest deviation relative to the character's radius.
     pub plain: Vec<(usize, f32)>,
     /// The greatest ratio of measured to stated deviation. It equals the pixels of displacement at a guarantee of 1 px.
     pub of_promise: f32,
@@ -94,7 +94,7 @@ fn half(clip: &Clip, is_second: bool) -> Clip {
     }
 }
 
-/// Bakes the characters of a file with the first half of its clips, and measures them in the second. Primitives that
+/// Bakes the characters of a file with half of its clips, and measures them in the other half. Primitives that
 /// could not be baked are added to `failed`, a line for each; their characters are not measured.
 ///
 /// # Errors
@@ -114,7 +114,9 @@ pub fn measure(
     for ((index, _), (place, result)) in rigged.zip(baked) {
         match result {
             Ok((hierarchy, _)) => hierarchies[index] = Some(hierarchy),
-            Err(fault) => failed.push(format!("{name}: {place}: could not be baked: {fault}")),
+            Err(fault) => failed.push(format!(
+                "{name}: could not bake {place}: {fault}; skipping its character"
+            )),
         }
     }
     let characters = Character::all_of(&import).into_iter();

@@ -44,7 +44,7 @@ pub struct MotionFrame {
     pub rmse_without_change: Option<f64>,
     /// Holes of this level.
     pub holes: Holes,
-    /// Holes of the baseline's level with as many triangles.
+    /// Holes of the finest level of the baseline with at most as many triangles. The baseline has no full detail.
     pub plain_holes: Holes,
 }
 
@@ -78,7 +78,7 @@ impl Motion {
             select(baked, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
             let level = cut.units().first().map_or(0, |&unit| unit as usize);
             let before = last.replace(level).filter(|last| *last != level);
-            // No channel of the clip may move the character at this time.
+            // The pose may be degenerate at this time.
             let Some(pose) = pose_at(character, import, clip, time) else {
                 continue;
             };
@@ -144,7 +144,7 @@ impl Motion {
         steps.fold(1.0, f64::max)
     }
 
-    /// For each change, its two frames and their neighbours.
+    /// For each change with enough neighbours, its two frames and these neighbours.
     fn windows(&self) -> impl Iterator<Item = &[MotionFrame]> {
         let windows = self.frames.windows(2 * NEIGHBOURS + 2);
         windows.filter(|window| window[NEIGHBOURS + 1].rmse_without_change.is_some())
@@ -177,7 +177,7 @@ impl Holes {
         }
         let (camera_from_world, eye_in_world) =
             (eye.camera_from_world(), eye.position().as_dvec3());
-        // The eye looks at the middle of the picture.
+        // The principal point is the middle of the picture.
         let middle = full.size_px.as_dvec2() * 0.5;
         let to_px = |end: [u32; 3]| {
             let position = Vec3::from_array(end.map(f32::from_bits)).as_dvec3();

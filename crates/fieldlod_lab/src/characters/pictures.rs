@@ -14,13 +14,13 @@ use crate::render::{RenderError, Renderer};
 pub struct PictureOptions {
     /// Number of view directions.
     pub directions: u32,
-    /// Number of poses.
+    /// Largest number of poses.
     pub poses: usize,
     /// Radii on screen in pixels.
     pub radii_px: Vec<f32>,
 }
 
-/// Differences of pictures from those of the source.
+/// Results that are measured on pictures.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pictures {
     /// Triangles relative to the baseline at equal RMSE: the geometric mean over sizes.

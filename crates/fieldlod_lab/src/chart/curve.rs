@@ -95,8 +95,8 @@ impl Measure {
 }
 
 /// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
-/// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail, if
-/// the curve contains it.
+/// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail,
+/// if the curve contains it. A curve of full detail alone gives `None`.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let pair = |point: &Point| (point.triangles as f64, measure.of(point));
     at_error(curve.points.iter().map(pair), error)

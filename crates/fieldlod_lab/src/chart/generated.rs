@@ -23,7 +23,7 @@ impl Generated {
         Self::new("small hills", || fixtures::height_field(256)),
     ];
 
-    /// The models of reported figures, of other shapes and sizes.
+    /// The models of reported figures. Knot and hills have the shapes of training models, with other triangles.
     pub const TEST: [Self; 6] = [
         Self::new("rock", || fixtures::rock(6, 7)),
         Self::new("knot", || fixtures::torus_knot(768, 96)),

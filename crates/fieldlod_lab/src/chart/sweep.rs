@@ -64,7 +64,7 @@ struct PoseView<'a> {
     subject: &'a Subject<'a>,
     eye: Eye,
     reference: Picture,
-    /// Image errors by units and levels. It saves time, because thresholds and methods often choose the same units.
+    /// Image errors by units and hierarchy. The cache saves time, because many thresholds choose the same units.
     measured: HashMap<(Vec<u32>, bool), ImageError>,
 }
 

@@ -17,7 +17,7 @@ pub(super) struct Sample {
 pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> Vec<Sample> {
     let count_of = |&unit: &u32| u64::from(hierarchy.units[unit as usize].triangle_count);
     let triangles: u64 = units.iter().map(count_of).sum();
-    // A mesh has twice as many triangles as vertices, so one corner of each triangle covers nearly all vertices.
+    // A mesh has twice as many triangles as vertices, so one corner of each triangle covers most vertices.
     let step = (triangles as usize * 2).div_ceil(count.max(1)).max(1);
     let positions = &hierarchy.vertices.positions;
     let mut samples = Vec::new();
@@ -25,7 +25,7 @@ pub(super) fn samples_of(hierarchy: &Hierarchy, units: &[u32], count: usize) -> 
     for &unit in units {
         for triangle in hierarchy.triangles_of(&hierarchy.units[unit as usize]) {
             let corners = triangle.map(|v| positions[v as usize]);
-            // Successive candidates alternate between corners and other points.
+            // Successive samples alternate between corners and other points.
             for _ in 0..2 {
                 if next % step == 0 {
                     samples.push(sample(corners, unit, next / step));

@@ -18,8 +18,8 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean distance between the outlines, in pixels; see [`silhouette_px`].
     pub silhouette_px: f64,
-    /// Mean of FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG
-    /// 2020) over the same pixels, from 0 to 1, if requested.
+    /// Sum of FLIP (P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", HPG
+    /// 2020) over the picture, divided by the number of these pixels, if requested. FLIP also spreads to pixels around.
     pub flip: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     ImageError {
         rmse: (squares.sum::<f64>() / (3.0 * pixels)).sqrt(),
         silhouette_px: silhouette_px(reference, picture),
-        // FLIP is a mean over the whole picture. Scaled, it is a mean over the same pixels as the RMSE.
+        // FLIP is a mean over the whole picture. Scaled, it does not depend on the size of the background.
         flip: with_flip.then(|| flip_mean(reference, picture) * shown.len() as f64 / pixels),
     }
 }

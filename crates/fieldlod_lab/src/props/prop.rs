@@ -15,7 +15,7 @@ pub struct Prop {
     /// The levels of each mesh, finest first.
     levels: Vec<Vec<Level>>,
     models: Vec<DrawnModel>,
-    /// The sphere around the source vertices. It is equal for all bakes, so they have the same size on screen.
+    /// The sphere around the source vertices. All bakes of the same meshes have the same sphere and size on screen.
     pub sphere: Sphere,
 }
 
@@ -61,7 +61,7 @@ impl Prop {
     pub(super) fn levels(&self) -> Vec<(f32, Units)> {
         let coarser = self.levels.iter().flat_map(|levels| &levels[1..]);
         let mut errors: Vec<f32> = coarser.map(|level| level.error_in_local).collect();
-        // Each error of a mesh is the error of one level of the prop.
+        // Each distinct error of the meshes is the error of one level of the prop.
         errors.sort_by(f32::total_cmp);
         errors.dedup();
         let units = |levels: &Vec<Level>, error: f32| {
@@ -139,7 +139,7 @@ mod tests {
     use crate::holes::open_edges;
     use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 
-    /// A level of a mesh with more than 65,536 vertices has several units.
+    /// The levels of this hierarchy have several units, as those of meshes with more than 65,536 vertices.
     #[test]
     fn levels_of_several_units_are_whole() {
         let mesh = bake_mesh(&fixtures::rock(5, 1), &BakeConfig::fine_grained()).unwrap();

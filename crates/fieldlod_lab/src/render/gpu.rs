@@ -43,8 +43,8 @@ impl Renderer {
     /// # Errors
     /// [`RenderError::NoAdapter`], or [`RenderError::NoDevice`] from an adapter that fails.
     pub fn new() -> Result<Self, RenderError> {
-        /// It lives as long as the process. If the last instance goes, the Vulkan loader is unloaded. NVIDIA's driver
-        /// keeps addresses of it, and the next instance crashes.
+        /// Kept until the process ends. If the last instance is dropped, the Vulkan loader is unloaded. NVIDIA's driver
+        /// keeps addresses of the loader, and the next instance crashes.
         static INSTANCE: LazyLock<wgpu::Instance> = LazyLock::new(|| {
             wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle())
         });

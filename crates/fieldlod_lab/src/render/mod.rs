@@ -5,8 +5,8 @@
 //!
 //! # Shading
 //! One light is fixed in the world and one is at the eye. Surfaces have smooth normals, Lambert shading and a highlight.
-//! The albedo is the base colour texture times the vertex colour. If the texture is not known, a pattern of waves
-//! replaces it, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
+//! The albedo is the base colour times its texture and the vertex colour. Without a texture, a pattern of waves
+//! is drawn, so that sliding texture coordinates are visible. Both sides of a triangle are drawn.
 //!
 //! # Out of scope
 //! Materials, shadows, transparency, orthographic views.
@@ -24,7 +24,7 @@ pub use gpu::Renderer;
 pub use model::{DrawnModel, PlacedUnits};
 pub use picture::Picture;
 
-/// Texels per pixel along each axis. More texels smooth edges further, but take time with their square.
+/// Texels per pixel along each axis. More texels give smoother edges, but the time grows with their square.
 pub const SUPERSAMPLING: u32 = 2;
 
 /// The reason why a picture could not be drawn.

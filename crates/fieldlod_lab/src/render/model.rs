@@ -128,7 +128,7 @@ fn smooth_normals(hierarchy: &Hierarchy) -> Vec<Vec3> {
         for triangle in hierarchy.triangles_of(unit) {
             // The cross product is as long as twice the triangle's area.
             let [a, b, c] = triangle.map(|v| positions[v as usize]);
-            // Otherwise the normals of the reference would depend on the levels.
+            // Triangles of coarser levels would change the normals of the reference.
             let counts = |&vertex: &u32| is_source || vertex >= hierarchy.source_vertex_count;
             for vertex in triangle.into_iter().filter(counts) {
                 normals[vertex as usize] += (b - a).cross(c - a);

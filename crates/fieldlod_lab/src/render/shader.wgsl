@@ -41,8 +41,8 @@ const WAVES: f32 = 24.0;
 /// Albedo of a surface without texture coordinates.
 const PLAIN: f32 = 0.55;
 
-/// Colour of the texture. A texture of a single texel stands for a pattern of waves, which fades where waves are finer
-/// than a pixel.
+/// Colour of the texture. A single transparent texel stands for a pattern of waves, which fades where waves are
+/// finer than a pixel.
 fn albedo(uv: vec2<f32>) -> vec4<f32> {
     let texel = textureSample(base_color, base_sampler, uv);
     let width = fwidth(uv) * WAVES;

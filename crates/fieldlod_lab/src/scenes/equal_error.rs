@@ -13,7 +13,8 @@ const MAX_TRIES: usize = 9;
 /// The first guess of p, where errors grow with the p-th power of the threshold. The later tries measure p, so another
 /// guess only costs tries.
 const FIRST_POWER: f64 = 0.4;
-/// Bounds of a measured p. Two nearly equal errors can give any p, and a p near 0 would make an endless step.
+/// Bounds of a measured p. Two nearly equal errors can give any p, and a negative p would step away from the
+/// solution.
 const POWERS: (f64, f64) = (0.05, 2.0);
 /// Largest step of the logarithm of the threshold: a factor of 4.5. With a larger step, a wrong p leaves the range of
 /// useful thresholds.
@@ -101,7 +102,7 @@ pub(super) fn rows(frames: &[Frame], error_px: f64) -> Result<[Row; 2], RenderEr
     Ok([base.row(&base), with_flux.row(&base)])
 }
 
-/// Finds the threshold whose error is nearest to `rmse`, by the secant method on logarithmic scales.
+/// Tries thresholds by the secant method on logarithmic scales. Returns the try whose error is nearest to `rmse`.
 fn threshold_at_equal_error(
     rmse: f64,
     first: f64,

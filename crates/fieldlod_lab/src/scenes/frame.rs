@@ -61,7 +61,7 @@ impl<'a> Frame<'a> {
     /// Draws full detail as the reference.
     pub(super) fn new(stage: &'a Stage, eye: &'a Eye) -> Result<Self, RenderError> {
         let views = stage.world.views(eye);
-        // Culled like the cuts, so that both pictures lack the same units.
+        // Full detail is culled by the same test as the cuts.
         let sources = views.iter().map(|view| view.object.source_units());
         let sources: Cuts = sources.collect();
         Ok(Self {

@@ -12,7 +12,8 @@ use crate::eye::Eye;
 
 /// Height of an eye above the ground, in metres.
 const EYE_HEIGHT: f32 = 1.7;
-/// Smallest distance from an eye to an instance, in metres. Nearer, one instance would fill most of the picture.
+/// Smallest distance from an eye to the circle that stays free around an instance, in metres. Nearer, one instance
+/// would fill most of the picture.
 const EYE_CLEARANCE: f32 = 2.5;
 
 /// Frames of each world. Fewer depend more on the places of single eyes; each frame is drawn up to twelve times.
@@ -41,14 +42,14 @@ fn hills(mut maker: Maker) -> Result<World, MeshError> {
     Ok(maker.with_eyes(TAU))
 }
 
-/// Three streets with houses on both sides; trees, rocks and knots around them.
+/// Six rows of houses, 22 m apart, with trees, rocks and knots between and around them.
 fn street(mut maker: Maker) -> Result<World, MeshError> {
     let sizes = [[14.0, 9.0, 9.0], [14.0, 12.5, 10.0], [14.0, 6.5, 8.0]];
     let mut houses = Vec::new();
     for size in sizes {
         houses.push(maker.world.add_mesh(&house(size.into()), false)?);
     }
-    // Houses stand in rows, back to back, with a gap after every third house.
+    // Houses stand in rows, with a gap after every third house.
     for (row, house) in (0..6).flat_map(|row| (0..9).map(move |house| (row, house))) {
         let along = (house as f32 - 4.0) * 15.0 + (house / 3) as f32 * 6.0 - 6.0;
         let across = [-55.0, -33.0, -11.0, 11.0, 33.0, 55.0][row];
@@ -124,8 +125,8 @@ impl Maker {
         self.taken.push((Vec2::new(at.x, at.z), radius));
     }
 
-    /// A random place with no instance within `distance`, or any place after 100 tries. `share` is the used part of the
-    /// ground.
+    /// A random place with no instance within `distance`, or any place after 100 tries. `share` is the used part of
+    /// each side of the ground.
     fn free_place(&mut self, share: f32, distance: f32) -> Vec2 {
         let mut at = Vec2::ZERO;
         for _ in 0..100 {

@@ -7,7 +7,8 @@ use fieldlod_bake::fixtures::{joined, plane, rock, with_smooth_normals};
 use fieldlod_hierarchy::fixtures::Random;
 use glam::{Vec2, Vec3};
 
-/// Cells of a wall per metre. Slopes of windows are 0.25 m wide: a coarser grid skips them, a finer one has more triangles.
+/// Cells per metre of the longer side of a sheet. Slopes of windows are 0.25 m wide: a coarser grid skips them, a
+/// finer one has more triangles.
 const CELLS_PER_M: f32 = 5.0;
 
 /// A house with a flat roof. The windows are recesses in its four walls.

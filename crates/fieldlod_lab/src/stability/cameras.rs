@@ -9,7 +9,8 @@ use crate::object::LodObject;
 /// The window of most cases, in pixels.
 pub(super) const HD: Vec2 = Vec2::new(1920.0, 1080.0);
 
-/// A small window, in pixels. The cut of a near fixture has several levels in it; in a large window it would be the source.
+/// A small window, in pixels, in which the cut of a near fixture has several levels. In a large window, the cut would
+/// be the source.
 pub(super) const SMALL: Vec2 = Vec2::new(640.0, 360.0);
 
 /// A perspective camera with a near plane that suits the object.
@@ -32,7 +33,7 @@ pub(super) fn at_distances(object: &LodObject, eye: &Eye, shot: impl Fn(f32) -> 
     distances(object, eye).into_iter().map(shot).collect()
 }
 
-/// An eye at `distance` from the center of the object, slightly above it, looking at it.
+/// An eye at `distance` from the center of the object and slightly above, which looks at the center.
 pub(super) fn from_front(eye: Eye, object: &LodObject, distance: f32) -> Eye {
     around(eye, object, distance, 0.0)
 }

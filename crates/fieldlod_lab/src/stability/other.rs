@@ -20,7 +20,7 @@ cases! {
         Terrain, [Displaced], grazing;
     "thin shells": "the silhouette of a shell in a corner of the picture",
         Shell, [Displaced], thin_shells;
-    "taa jitter": "the picture shifts by half a pixel while the object is on its edge",
+    "taa jitter": "the picture shifts by up to half a pixel, with the object on the edge",
         Rock, [Flips], taa_jitter;
     "head-bob": "a walk over hills at eye height",
         Terrain, [Displaced, Flips], head_bob;
@@ -36,7 +36,7 @@ cases! {
         Rock, [Displaced, Flips], window_resize;
     "teleport": "the camera jumps near and far",
         Rock, [Displaced], teleport;
-    "nan transform": "the transform contains NaN or infinity",
+    "nan transform": "the transform contains NaN or infinity, or its scale is 0",
         Rock, [], nan_transform;
 }
 
@@ -133,7 +133,7 @@ fn taa_jitter(object: &LodObject) -> Vec<Shot> {
 }
 
 /// Two steps per second at 60 frames per second. At an eye height of 1.7 m, the bob is 5 cm up and down, and half
-/// of that sideways.
+/// as much along x.
 fn head_bob(object: &LodObject) -> Vec<Shot> {
     let camera = eye(70.0, HD, object);
     let (from, to) = (ground(object, 0.1, 0.2, 0.1), ground(object, 0.4, 0.6, 0.1));
@@ -147,7 +147,7 @@ fn head_bob(object: &LodObject) -> Vec<Shot> {
 }
 
 fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
-    // The object fills the picture all the time.
+    // The object's sphere is 71 to 55 % as high as the picture.
     let zoom = |t: f32| {
         let fovy_deg = 5.0 + 95.0 * t;
         let camera = eye(fovy_deg, SMALL, object);
@@ -159,7 +159,7 @@ fn dolly_zoom(object: &LodObject) -> Vec<Shot> {
 
 fn far_from_origin(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // These numbers are exact in `f32`, so that eye and object move by the same distance.
+    // The offset is exact in `f32`, but the sum rounds the position of the eye by up to 1/16 m.
     let offset = Vec3::new(1_048_576.0, 64.0, -1_048_576.0);
     at_distances(object, &camera, |distance| {
         let mut away = from_front(camera, object, distance);

@@ -91,7 +91,7 @@ fn zoom_ignored(object: &LodObject) -> Vec<Shot> {
 /// The camera sways by 3 % of the distance with a period of six frames, and walks slowly across the start of a level.
 fn flicker(object: &LodObject) -> Vec<Shot> {
     let camera = eye(60.0, HD, object);
-    // The start of the second level.
+    // The second usable start of a level.
     let second = distances(object, &camera).get(1).copied();
     let middle = second.unwrap_or(object.radius * 4.0);
     let sway = |t: f32| {

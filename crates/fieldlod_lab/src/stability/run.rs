@@ -109,7 +109,7 @@ struct Trial<'a> {
     frames: usize,
     /// The units and the surface of the last measured cut. The next frame reuses them if it has the same cut.
     last: Option<(Vec<u32>, CutSurface)>,
-    /// Sums over frames, until [`Trial::verdict`] divides them.
+    /// Sums and maxima over frames. [`Trial::verdict`] divides the sums.
     sums: Verdict,
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct MainCamera;
 #[derive(Component)]
 pub(crate) struct FullDetailCamera;
 
-/// Options of the picture. Keys change them.
+/// Options of the picture. Keys change error, split and night.
 #[derive(Resource, Clone, Copy, Debug)]
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
@@ -45,7 +45,7 @@ pub(crate) fn plugin(app: &mut App) {
     );
 }
 
-/// A pose below the ground that looks down, from which nothing is visible. A camera waits there.
+/// A pose below the ground that looks down, from which only the sky is visible. A camera waits there.
 pub(crate) fn pose_below_ground() -> Transform {
     Transform::from_xyz(0.0, -500.0, 0.0).looking_to(Vec3::NEG_Y, Vec3::X)
 }

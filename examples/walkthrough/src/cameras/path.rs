@@ -139,7 +139,7 @@ fn pose_at_parameter(parameter: f32) -> Pose {
     }
 }
 
-/// The field of view in radians between two knots. Objects grow or shrink by a constant factor per second.
+/// The field of view in radians between two knots. The logarithm of the magnification changes smoothly.
 fn zoom(from_in_rad: f32, to_in_rad: f32, t: f32) -> f32 {
     let [from, to] = [from_in_rad, to_in_rad].map(|fov| (fov / 2.0).tan().ln());
     2.0 * f32::lerp(from, to, smoothstep(0.0, 1.0, t)).exp().atan()

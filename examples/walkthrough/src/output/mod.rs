@@ -1,4 +1,4 @@
-//! What the program shows: a window, or pictures and a summary.
+//! The output of the program: a window, or pictures and a summary.
 
 pub(crate) mod hud;
 pub(crate) mod offscreen;

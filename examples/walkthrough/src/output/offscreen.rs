@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args, quality: &Quality, directory: Option<&Path>) -> R
         }
     }
     if missing_pictures > 0 {
-        return Err(format!("{missing_pictures} pictures are missing"));
+        return Err(format!("could not capture {missing_pictures} pictures"));
     }
     let world = renderer.app.world();
     let adapter = world.get_resource::<RenderAdapterInfo>();

@@ -146,7 +146,7 @@ const FALLEN_DRUMS: [Vec2; 10] = [
     Vec2::new(13.0, 76.0),
 ];
 
-/// Stumps lying beside the avenue and on the plaza.
+/// Stumps lying beside the avenue, on the plaza and near the temple.
 fn fallen_drums() -> impl Iterator<Item = Placed> {
     (0..).zip(FALLEN_DRUMS).map(|(i, at)| {
         let turn = random(i, 431) * TAU;

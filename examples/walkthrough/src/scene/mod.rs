@@ -172,8 +172,8 @@ fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMa
 }
 
 impl ViewOptions {
-    /// The kind of levels of a shape. A whole mesh has one level for all cameras, so the split screen with its half at
-    /// full detail draws everything as units.
+    /// The kind of levels of a shape. All cameras share the level of a whole mesh, so the split screen draws units
+    /// instead.
     fn kind_of(&self, shape: ShapeId) -> LodKind {
         match (self, shape) {
             (Self { plain: true, .. }, _) => LodKind::Plain,
@@ -185,7 +185,7 @@ impl ViewOptions {
     }
 }
 
-/// Updates the kind of levels of every entity when the split screen is switched on or off.
+/// Updates the kind of levels of every shape when the split screen is switched on or off.
 fn choose_kinds(
     options: Res<ViewOptions>,
     mut was_split: Local<bool>,

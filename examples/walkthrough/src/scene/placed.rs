@@ -35,7 +35,7 @@ impl Placed {
         Self::at_height(shape, at, terrain::height(at), yaw_in_rad, scale)
     }
 
-    /// Turns the shape around its foot.
+    /// Replaces the rotation around the foot.
     pub(crate) fn turned(mut self, rotation: Quat) -> Self {
         self.transform.rotation = rotation;
         self

@@ -1,4 +1,4 @@
-//! Signed distance functions, and polygons of their surfaces.
+//! Signed distance functions, and meshes of their surfaces.
 
 use bevy::prelude::*;
 use fast_surface_nets::ndshape::{RuntimeShape, Shape as _};

@@ -1,4 +1,4 @@
-//! Statues and the gate: weathered polygons of signed distance functions.
+//! Statues and the gate: weathered meshes of signed distance functions.
 
 use bevy::prelude::*;
 

@@ -99,7 +99,7 @@ pub(crate) fn woodland(p: Vec2) -> f32 {
     clear * smoothstep(-0.25, 0.30, groves + 0.42 * hills + grove - 0.22)
 }
 
-/// Distance from the edge of the avenue or the plaza; negative on the plaza.
+/// Distance from the edge of the avenue or the plaza; negative on both.
 pub(crate) fn distance_to_avenue(p: Vec2) -> f32 {
     let [from, to] = AVENUE;
     let along = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
@@ -135,7 +135,7 @@ pub(crate) fn color(p: Vec2, slope: f32) -> Vec3 {
     paving(p, tufts).lerp(wild, smoothstep(-1.5, 2.5, ragged_distance))
 }
 
-/// The slope of the ground (rise over run) on a grid of 1 m.
+/// The slope (rise over run) of the ground without its bumps, on a grid of 1 m.
 pub(crate) struct Slopes(Vec<f32>);
 
 impl Slopes {

@@ -1,4 +1,4 @@
-//! Trees: closed polygons of one signed distance function of limbs and clumps, with leaves on them.
+//! Trees: a closed mesh of a signed distance function of limbs and clumps, with leaves on it.
 
 use std::f32::consts::TAU;
 
@@ -176,7 +176,7 @@ impl Tree {
         self.clumps.push(Clump { center, radii });
     }
 
-    /// Makes the polygons of wood and crown, and leaves on the crown.
+    /// Makes the mesh of wood and crown, and leaves on the crown.
     fn grow(&self) -> Shape {
         let species = &self.species;
         let (mut min, mut max) = (Vec3::MAX, Vec3::MIN);

@@ -65,7 +65,7 @@ pub struct FieldLine {
 }
 
 impl FieldLine {
-    /// The line of the compound field through `p`; `None` where no camera sees it.
+    /// The line of the compound field through `p`; `None` where the field is zero.
     pub fn through(cameras: &[PosedCamera], p: Vec3) -> Option<Self> {
         let field = compound_field(cameras, p);
         let strength = field.length();
@@ -91,7 +91,7 @@ impl FieldLine {
 ///
 /// This is our solution for cameras that are not parallel. It equals (21) if the cameras are
 /// parallel and the points are in a plane perpendicular to their axes. `None` if all lines are
-/// parallel.
+/// nearly parallel.
 ///
 /// Distances without weights merged more samples in the example `figure_18`. The weight was chosen
 /// on its first ten pairs and confirmed on its further pairs.
@@ -110,7 +110,7 @@ pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Ve
         total += weight;
     }
     // If all lines are parallel, the matrix is singular: the point could move along them. Rounding leaves a determinant
-    // of a few ε times the cube of the weights.
+    // of a few ε times the cube of the total weight.
     let solvable = matrix.determinant() > 16.0 * Real::EPSILON * total * total * total;
     solvable.then(|| matrix.inverse() * right_side)
 }

@@ -96,7 +96,7 @@ impl SplatKernel {
         // Second factor: the radial stretch by 1/cos φ, at equal area. Oblong pixels add their own stretch.
         let stretch =
             |e: Vec2| radial * (e.x / cos_phi.sqrt()) + tangential * (e.y * cos_phi.sqrt());
-        // Third factor: the size, from the area per unit of surface.
+        // Third factor: the size, from the projection factor `c · n`.
         let pixel = camera.focal_px / camera.constant_px2().sqrt();
         let factor = camera.constant_px2() * p.length() * facing.abs() / (p.z * p.z * p.z);
         let size_px = surfel.radius * factor.sqrt();

@@ -50,7 +50,7 @@ impl SurfaceSamples {
         // The mean of (c · n)² over the triangle is `mean_square` times the square of its flux density.
         let inverse_depths = Vec3::new(1.0 / p0.z, 1.0 / p1.z, 1.0 / p2.z);
         let product = inverse_depths.x * inverse_depths.y * inverse_depths.z;
-        // Φ = C (n · P) area w₀w₁w₂, so Φ² / (area w₀w₁w₂) replaces C² (n · P)² area w₀w₁w₂.
+        // Φ = −C (n · P) area w₀w₁w₂, so Φ² / (area w₀w₁w₂) replaces C² (n · P)² area w₀w₁w₂.
         let mean_square = products_of_three(inverse_depths) / (10.0 * product);
         self.flux_px2 += flux_px2;
         self.squared_density += flux_px2 * (flux_px2 / area) * mean_square;

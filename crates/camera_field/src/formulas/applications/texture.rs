@@ -44,9 +44,9 @@ pub fn mip_level(projection_factor: Real, texels_per_area: Real, bias: Real) -> 
 /// are conjugate half axes of the ellipse, for a pixel of radius 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilterKernel {
-    /// Texels that one pixel step along image x moves.
+    /// Movement in texels for a step of one pixel along image x.
     pub texels_per_px_x: Vec2,
-    /// Texels that one pixel step along image y moves.
+    /// Movement in texels for a step of one pixel along image y.
     pub texels_per_px_y: Vec2,
 }
 

@@ -86,7 +86,7 @@ fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, Fil
     let graph = read_graph(&mut reader, &entry, number)?;
     let pages = read_pages(&mut reader, &entry)?;
     let groups = numbers::read(&mut reader, graph.groups.len(), WHAT)?;
-    // Each group is in exactly one page, so that indexing by group and by page cannot fail later.
+    // Fails unless each group is in exactly one page: indexing by group or by page would panic later.
     let page_of = pages_of_groups(&pages, &groups)?;
     Ok(PagedMesh {
         mesh_index: entry.mesh_index,

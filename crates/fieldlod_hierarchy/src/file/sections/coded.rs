@@ -71,7 +71,8 @@ impl Coded {
 
     /// Restores the starts of the ranges of groups and units.
     pub(crate) fn restore_starts(&mut self) {
-        // Sums cannot overflow, because that many elements were read. Wrapping keeps a malformed file from panicking.
+        // Sums wrap: a table of contents has counts of vertices and triangles, but its vertices and triangles are
+        // not read with it. A malformed table must not panic.
         let (mut first_finer, mut first_unit) = (0u32, 0u32);
         for group in &mut self.groups {
             (group.first_finer, group.first_unit) = (first_finer, first_unit);

@@ -1,6 +1,6 @@
 //! Encodes and decodes sections: groups, units and triangles.
 //!
-//! Input: the groups of one level. Output: the bytes of a section.
+//! Input: groups. Output: the bytes of a section.
 
 pub(super) mod border;
 pub(super) mod coded;

@@ -24,7 +24,7 @@ pub(crate) enum Kind {
     Residuals,
 }
 
-/// Appends `numbers` in the shortest coding.
+/// Appends `numbers`: as one value if all are equal, otherwise in the shortest coding.
 pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
@@ -55,7 +55,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
 }
 
 fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
-    // Other modes are for multiples of a number and for floating-point values.
+    // Other modes are for multiples of a number, floating-point values, and a dictionary of few values.
     let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
     let config = match kind {
         Kind::Plain => plain,

@@ -116,7 +116,8 @@ impl SectionReader<'_> {
     fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
         // Links are coded as distances to their group.
         let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
-        // Damaged differences wrap to wrong indices here. The validation of the hierarchy rejects those.
+        // Malformed differences wrap to wrong indices. Validation rejects wrong links. `decode` drops links to
+        // groups that do not exist.
         let mut left = differences.into_iter();
         let mut finer = Vec::with_capacity(count);
         for (group, index) in self.coded.groups_since(self.from.groups) {

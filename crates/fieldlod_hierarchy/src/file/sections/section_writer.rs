@@ -1,15 +1,14 @@
-//! Encodes a section: the groups of one level, their units, and the vertices that no earlier section
-//! uses.
+//! Encodes a section: groups, their units, and the vertices that no earlier section has.
 //!
 //! ```text
 //! group count u32
 //! group indices, groups, finer groups, units               (see `numbers`, `records`)
-//! vertex lists: per entry 0 for the next new vertex, or the difference to the last entry plus 1
+//! vertex lists: per entry 0 for the next new vertex, or 1 plus the difference to the last entry that was not 0
 //! triangles                                                (see `triangles`)
 //! indices of the new vertices in the hierarchy             (see `vertex_order`)
 //! stored attributes of the new vertices                    (see `planes`)
 //! in the last section: the source vertices of moved vertices
-//! zeros, up to 1 byte per MAX_PER_BYTE bytes of decoded memory
+//! zeros, until the section has 1 byte per MAX_PER_BYTE bytes of decoded memory
 //! ```
 //! Starts of ranges and consumers of units follow from other fields and are not stored.
 

@@ -3,8 +3,8 @@
 
 use glam::Vec3;
 
-/// Bits of each of the two numbers. Directions are off by at most 0.116° with 11 bits and by 0.234° with 10 bits. More bits
-/// make files larger.
+/// Bits of each of the two numbers. Directions are off by at most 0.119° with 11 bits and 0.238° with 10 bits. More
+/// bits make files larger.
 const BITS: u32 = 11;
 
 // An even number of steps keeps the axes exact.

@@ -48,7 +48,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>)
     let predictions = targets.predictions;
     for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
-        // Positions are the first columns, so at normals the rows hold what a reader will have decoded.
+        // Positions come first, so the rows hold the decoded positions when normals are predicted.
         let normals = targets.normals_for(predict, rows);
         let mut residuals = vec![Vec::with_capacity(predictions.len()); count];
         for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {
@@ -87,7 +87,7 @@ pub(crate) fn read(
             numbers::read_into(reader, stored, "the vertices", residuals)?;
             spread(residuals, are_stored);
         }
-        // One pass decodes several columns, because each waits only for its own earlier results.
+        // One pass decodes several columns: while one waits for its last result, the CPU works on another.
         let filler = Filler {
             first,
             predict: columns[0],

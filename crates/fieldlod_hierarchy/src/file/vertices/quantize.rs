@@ -12,8 +12,8 @@ pub enum Precision {
     /// Exact.
     #[default]
     Lossless,
-    /// Positions, texture coordinates and colours have 65536 steps per axis of their extent. Normals and
-    /// tangents differ by at most 0.125°. Bounds grow to contain the rounded triangles.
+    /// Positions, texture coordinates and colours have 65536 values per axis of their extent. Normals and
+    /// tangents differ by at most 0.125°. Bounds are adapted to the rounded triangles.
     Quantized16,
 }
 
@@ -96,7 +96,7 @@ impl Grids {
     }
 }
 
-/// Replaces the vertices of a hierarchy and grows its bounds. Also returns the largest distance that a
+/// Replaces the vertices of a hierarchy and adapts its bounds. Also returns the largest distance that a
 /// position moves, in local units.
 pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
     let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);

@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     /// Number of view directions. 0 draws no pictures.
     #[arg(long, default_value_t = 8)]
     directions: u32,
-    /// Number of poses in pictures.
+    /// Largest number of poses in pictures.
     #[arg(long, default_value_t = 6)]
     poses: usize,
     /// Print all figures as a JSON object instead of a table.

@@ -13,7 +13,8 @@ use crate::models::Model;
 
 /// Draw every level of whole meshes at several sizes and compare it with the source: RMSE, FLIP and the area covered.
 ///
-/// Needs a graphics adapter; a software adapter is enough.
+/// Textures are not drawn: leaves that a texture cuts out are drawn whole. Needs a graphics adapter; a software adapter
+/// is enough.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb files [default: generated plants]. Of each file, the mesh with the most triangles is measured,

@@ -156,6 +156,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let (import, scene) = read(arguments)?;
     let mut outcome = bake_with_progress(input, import, &arguments.config())?;
+    let mut warnings = Vec::new();
+    // Before quantization: boxes around rounded vertices do not fit the exact vertices of the scene.
+    let of_scene = match scene {
+        Some(scene) => Some(scene.write(arguments, &output, &outcome.file, &mut warnings)?),
+        None => None,
+    };
     // Edges of the exact mesh: quantization changes them.
     let edges = arguments.quantize.then(|| median_edges(&outcome.file));
     let options = FileOptions {
@@ -172,15 +178,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.pages {
         bytes = PagedFile::to_bytes(&outcome.file, arguments.page_options());
     }
-    let mut warnings = Vec::new();
     if let Some(edges) = edges {
         warnings.extend(coarse_grids(&outcome.file, &edges));
     }
-    let written = if let Some(scene) = scene {
-        scene.write(arguments, &output, &outcome.file, &mut warnings)?
-    } else {
-        write_whole(&output, &bytes)?;
-        bytes.len() as u64
+    let written = match of_scene {
+        Some(written) => written,
+        None => {
+            write_whole(&output, &bytes)?;
+            bytes.len() as u64
+        }
     };
     let seconds = started.elapsed().as_secs_f64();
     let report = Report {

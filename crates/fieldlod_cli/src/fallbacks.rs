@@ -59,16 +59,12 @@ pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
         FallbackKind::TexturesTorn,
         FallbackKind::Sloppy,
     ] {
-        let mut steps = report.fallbacks.iter().filter(|step| step.kind == kind);
-        let Some(first) = steps.next() else {
-            continue;
-        };
-        let last = steps.next_back().unwrap_or(first);
-        let (from, to) = (thousands(first.from as u64), thousands(last.to as u64));
-        let _ = write!(
-            text,
-            "\nfallback: {title}: {kind} from {from} to {to} triangles"
-        );
+        let steps = report.fallbacks.iter().filter(|step| step.kind == kind);
+        let count = steps.count();
+        if count > 0 {
+            let groups = if count == 1 { "group" } else { "groups" };
+            let _ = write!(text, "\nfallback: {title}: {kind} in {count} {groups}");
+        }
     }
     let found = [
         (
@@ -116,8 +112,8 @@ mod tests {
             ..BakeReport::default()
         };
         let expected = "
-fallback: m: small components removed from 9,000 to 4,000 triangles
-fallback: m: vertices merged on a grid from 4,000 to 513 triangles
+fallback: m: small components removed in 1 group
+fallback: m: vertices merged on a grid in 2 groups
 stuck: m: could not simplify below 513 triangles";
         assert_eq!(fallback_lines("m", &report), expected);
     }

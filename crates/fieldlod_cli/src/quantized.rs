@@ -32,7 +32,7 @@ fn median_edge(hierarchy: &Hierarchy) -> f32 {
 }
 
 /// A line for each primitive with a step that is too coarse for its median edge in `edges`.
-pub(crate) fn coarse_grids(file: &BakedFile, edges: &[f32]) -> impl Iterator<Item = String> {
+pub(crate) fn coarse_grids(file: &BakedFile, edges: &[f32]) -> Vec<String> {
     let pairs = file.primitives.iter().zip(edges);
     let line = |(primitive, edge): (&BakedPrimitive, &f32)| {
         // The error is at most half the diagonal of a cell.
@@ -43,5 +43,5 @@ pub(crate) fn coarse_grids(file: &BakedFile, edges: &[f32]) -> impl Iterator<Ite
             format!("{title}: positions are rounded to {share:.2e} of the median edge; bake without --quantize")
         })
     };
-    pairs.filter_map(line).collect::<Vec<_>>().into_iter()
+    pairs.filter_map(line).collect()
 }

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use common::{FLOAT, Glb, assert_fails, grid, output, text};
 use fieldlod_bake::import_gltf;
-use fieldlod_hierarchy::{BakedFile, PagedFile};
+use fieldlod_hierarchy::{BakedFile, PagedFile, Vertices};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -267,4 +267,31 @@ fn coarsest_levels_in_scenes_keep_all_attributes() {
     assert!(count < 200, "{count}");
     let counts = [mesh.uvs_1.len(), mesh.tangents.len(), mesh.colors.len()];
     assert_eq!(counts, [count; 3]);
+}
+
+#[test]
+fn quantized_levels_fit_the_exact_vertices_of_the_scene() {
+    let (_folder, input, output) = paths();
+    let mut file = scene();
+    // Multiples of 0.3 differ from their quantized values.
+    let view = &file.json["bufferViews"][0];
+    let [start, length] = ["byteOffset", "byteLength"].map(|key| view[key].as_u64().unwrap());
+    let bytes = &mut file.binary[start as usize..][..length as usize];
+    for number in bytes.as_chunks_mut::<4>().0 {
+        *number = (f32::from_le_bytes(*number) * 0.3).to_le_bytes();
+    }
+    file.write(&input);
+    let options = ["--quantize", "--large-from", "1000000"];
+    common::output(&[&arguments(&input, &output)[..], &options].concat());
+    let mesh = &import_gltf(&output.join("world.glb")).unwrap().primitives[0].mesh;
+    let levels = fs::read(output.join("world.fieldlod")).unwrap();
+    let mut levels = BakedFile::from_bytes_beside_source(&levels).unwrap();
+    let vertices = Vertices {
+        positions: mesh.positions.clone(),
+        normals: mesh.normals.clone(),
+        ..Vertices::default()
+    };
+    let levels = levels.primitives.remove(0).hierarchy;
+    let levels = levels.with_source_vertices(&vertices).unwrap();
+    assert_eq!(levels.validate(), Ok(()));
 }

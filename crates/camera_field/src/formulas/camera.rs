@@ -78,6 +78,9 @@ impl Camera {
             perspective(&rows, viewport_px)
         } else if w_from_z == 0.0 && w_constant == 0.0 {
             Err(ProjectionError::Degenerate)
+        } else if w_from_z < 0.0 {
+            // The eye is before or behind the origin.
+            Err(ProjectionError::Sheared)
         } else {
             Err(ProjectionError::LooksBackwards)
         }

@@ -93,6 +93,19 @@ proptest! {
 }
 
 #[test]
+fn strong_and_weak_lines_meet() {
+    for strength in [1e-60, 1e60] {
+        let line = |direction: DVec3| FieldLine {
+            point: DVec3::ONE - direction * 5.0,
+            direction,
+            strength,
+        };
+        let found = convergent_point([line(DVec3::X), line(DVec3::Z)]).unwrap();
+        assert!(found.distance(DVec3::ONE) < 1e-9, "{found}");
+    }
+}
+
+#[test]
 fn no_convergent_point_without_lines_that_meet() {
     assert_eq!(convergent_point([]), None);
     assert_eq!(equivalent_camera(&[]), None);

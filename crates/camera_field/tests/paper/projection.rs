@@ -102,13 +102,14 @@ fn rejects_unusable_projections_and_ignores_depth_rows() {
         change(&mut matrix);
         SingleCamera::from_projection(&matrix, viewport)
     };
-    let changes: [(fn(&mut Mat4), _); 7] = [
+    let changes: [(fn(&mut Mat4), _); 8] = [
         (|m| m.x_axis.x = f32::NAN, ProjectionError::NotFinite),
         (|m| m.x_axis.x = 0.0, ProjectionError::Degenerate),
         (|m| m.z_axis.w = 0.0, ProjectionError::Degenerate),
         (|m| m.y_axis.x = 0.1, ProjectionError::Sheared),
         (|m| m.w_axis.x = 0.1, ProjectionError::Sheared),
         (|m| m.x_axis.w = 0.1, ProjectionError::Sheared),
+        (|m| m.w_axis.w = 2.0, ProjectionError::Sheared),
         (|m| m.z_axis.w = 1.0, ProjectionError::LooksBackwards),
     ];
     for (change, expected) in changes {

@@ -43,7 +43,7 @@ fn levels_are_ready(
     time: Res<Time<Real>>,
     mut were_ready: Local<bool>,
 ) -> bool {
-    if !*were_ready && progress.waiting == 0 && progress.ready > 0 {
+    if !*were_ready && progress.waiting == 0 && progress.ready + progress.plain > 0 {
         *were_ready = true;
         let seconds = time.elapsed_secs();
         eprintln!("walkthrough: levels of detail ready after {seconds:.1} s");

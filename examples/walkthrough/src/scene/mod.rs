@@ -154,7 +154,7 @@ fn spawn(world: &mut World) {
             placed.transform,
             *bounds,
             NoAutoAabb,
-            AutoLod::of_kind(options.kind_of(placed.shape)),
+            AutoLod::of_kind(options.kind_of(Some(placed.shape))),
             placed.shape,
         ));
     }
@@ -172,31 +172,31 @@ fn material(id: ShapeId, mean_color: Vec3, ground: &Handle<Image>) -> StandardMa
 }
 
 impl ViewOptions {
-    /// The kind of levels of a shape. All cameras share the level of a whole mesh, so the split screen draws units
-    /// instead.
-    fn kind_of(&self, shape: ShapeId) -> LodKind {
+    /// The kind of levels of a shape, or of a model without a shape. All cameras share the level of a whole mesh, so the
+    /// split screen draws units instead.
+    fn kind_of(&self, shape: Option<ShapeId>) -> LodKind {
         match (self, shape) {
             (Self { plain: true, .. }, _) => LodKind::Plain,
             (Self { split: true, .. }, _) => LodKind::Clusters,
             // Units would need several entities for each of the thousands of trees.
-            (_, ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress) => LodKind::WholeMesh,
+            (_, Some(ShapeId::Oak(_) | ShapeId::Pine(_) | ShapeId::Cypress)) => LodKind::WholeMesh,
             _ => LodKind::Auto,
         }
     }
 }
 
-/// Updates the kind of levels of every shape when the split screen is switched on or off.
+/// Updates the kind of levels of every object when the split screen is switched on or off.
 fn choose_kinds(
     options: Res<ViewOptions>,
     mut was_split: Local<bool>,
-    mut objects: Query<(&ShapeId, &mut AutoLod)>,
+    mut objects: Query<(Option<&ShapeId>, &mut AutoLod)>,
 ) {
     if *was_split == options.split {
         return;
     }
     *was_split = options.split;
     for (shape, mut lod) in &mut objects {
-        let kind = options.kind_of(*shape);
+        let kind = options.kind_of(shape.copied());
         if lod.kind != kind {
             lod.kind = kind;
         }

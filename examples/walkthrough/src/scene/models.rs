@@ -11,6 +11,7 @@ use bevy::world_serialization::WorldInstanceReady;
 use bevy_fieldlod::prelude::*;
 
 use super::layout::{self, PLINTH_IN_M};
+use crate::cameras::ViewOptions;
 use crate::output::report::SceneNumbers;
 
 /// The models and the state of their loading.
@@ -55,6 +56,7 @@ fn spawn_loaded(
     mut models: ResMut<Models>,
     files: Res<Assets<Gltf>>,
     loading: Query<(Entity, &Loading)>,
+    options: Res<ViewOptions>,
 ) {
     for (model, loading) in &loading {
         let Some(file) = files.get(&loading.file) else {
@@ -64,7 +66,8 @@ fn spawn_loaded(
         model.remove::<Loading>();
         match file.default_scene.as_ref().or(file.scenes.first()) {
             Some(scene) => {
-                model.insert((WorldAssetRoot(scene.clone()), AutoLod::default()));
+                let levels = AutoLod::of_kind(options.kind_of(None));
+                model.insert((WorldAssetRoot(scene.clone()), levels));
             }
             None => {
                 models.loading -= 1;

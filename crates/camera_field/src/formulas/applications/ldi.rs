@@ -109,8 +109,10 @@ pub fn convergent_point(lines: impl IntoIterator<Item = FieldLine>) -> Option<Ve
         right_side += across * line.point * weight;
         total += weight;
     }
+    // With a total weight of 1, determinants of strong fields do not overflow.
+    let (matrix, right_side) = (matrix * total.recip(), right_side * total.recip());
     // If all lines are parallel, the matrix is singular: the point could move along them. Rounding leaves a determinant
-    // of a few ε times the cube of the total weight.
-    let solvable = matrix.determinant() > 16.0 * Real::EPSILON * total * total * total;
+    // of a few ε.
+    let solvable = matrix.determinant() > 16.0 * Real::EPSILON;
     solvable.then(|| matrix.inverse() * right_side)
 }

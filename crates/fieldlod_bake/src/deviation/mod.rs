@@ -193,8 +193,12 @@ impl SourceSurface {
         let triangles: Vec<[u32; 3]> = triangles.copied().collect();
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
         let surface = TriangleTree::new(corners.iter().copied());
-        // The deviations of finer groups include the margin.
-        let farthest = (least_in_scaled / SAMPLING_MARGIN).max(self.rounding_in_scaled);
+        let margin = match simplified.method {
+            Method::Elements => AGGREGATE_MARGIN,
+            _ => SAMPLING_MARGIN,
+        };
+        // The result gets the margin, which must not raise the deviation of the finer groups.
+        let farthest = (least_in_scaled / margin).max(self.rounding_in_scaled);
         let mut farthest = farthest * farthest;
         let effort = self.effort();
         let target = Target {
@@ -219,10 +223,6 @@ impl SourceSurface {
         if self.has_borders {
             sample_borders(&self.target.surface, &corners, &mut farthest);
         }
-        let margin = match simplified.method {
-            Method::Elements => AGGREGATE_MARGIN,
-            _ => SAMPLING_MARGIN,
-        };
         Measured {
             deviation_in_scaled: (farthest.sqrt() * margin).max(least_in_scaled),
             samples: samples_by_cluster(&measured, clusters),
@@ -404,5 +404,21 @@ impl SourceSurface {
         // All triangles are refined: the samples of a triangle that crosses a steep wall may all be near the source.
         let splits = effort.simplified_splits;
         refine_candidates(&self.target, candidates, splits, farthest);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures;
+
+    #[test]
+    fn equal_levels_have_equal_deviations() {
+        let mesh = fixtures::icosphere(3);
+        let (triangles, _) = mesh.indices.as_chunks::<3>();
+        let half = &triangles[..triangles.len() / 2];
+        let deviations = deviation_in_local(&mesh, &mesh.positions, &[half, half]);
+        assert!(deviations[0] > 0.5, "{deviations:?}");
+        assert!(deviations[1] < deviations[0] * 1.001, "{deviations:?}");
     }
 }

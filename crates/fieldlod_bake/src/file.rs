@@ -88,16 +88,16 @@ pub fn bake_import(
         .primitives
         .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
         .collect();
-    // `kept` has one value per primitive, in the same order as the chunks above.
-    let mut kept = kept_vertices(&import);
-    let kept: Vec<Vec<Vec<bool>>> = meshes
+    // `outer` has one value per primitive, in the same order as the chunks above.
+    let mut outer = outer_vertices(&import);
+    let outer: Vec<Vec<Vec<bool>>> = meshes
         .iter()
-        .map(|mesh| kept.drain(..mesh.len()).collect())
+        .map(|mesh| outer.drain(..mesh.len()).collect())
         .collect();
     let in_parallel = meshes
         .par_iter()
-        .zip(&kept)
-        .map(|(mesh, kept)| bake_primitives(mesh, kept, config, &tracker));
+        .zip(&outer)
+        .map(|(mesh, outer)| bake_primitives(mesh, outer, config, &tracker));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
     // Rigged primitives were baked separately. Files list primitives in the order of the glTF file.
@@ -141,32 +141,30 @@ fn finish(
     Ok((primitive, report))
 }
 
-/// For each primitive, the vertices where it meets other primitives of the same mesh, or of meshes with the same global
-/// transform.
-fn kept_vertices(import: &Import) -> Vec<Vec<bool>> {
+/// For each primitive, the vertices where it meets other meshes with the same global transform.
+fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
     // Vertices can be compared only in one space.
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, primitive) in import.primitives.iter().enumerate() {
         let space = import.space_of_mesh[primitive.place.mesh_index as usize];
         of_spaces.entry(space).or_default().push(index);
     }
-    let mut kept = vec![Vec::new(); import.primitives.len()];
-    for primitives in of_spaces.into_values() {
-        let meshes = primitives
-            .iter()
-            .map(|&index| &import.primitives[index].mesh);
-        let meeting = meeting_vertices(&meshes.collect::<Vec<_>>());
-        for (index, meeting) in primitives.into_iter().zip(meeting) {
-            kept[index] = meeting;
+    let mut outer = vec![Vec::new(); import.primitives.len()];
+    for indices in of_spaces.into_values() {
+        let primitives = indices.iter().map(|&index| &import.primitives[index]);
+        let meshes: Vec<_> = primitives.clone().map(|own| &own.mesh).collect();
+        let meeting = meeting_vertices(&meshes, primitives.map(|own| own.place.mesh_index));
+        for (index, meeting) in indices.into_iter().zip(meeting) {
+            outer[index] = meeting;
         }
     }
-    kept
+    outer
 }
 
 /// Bakes the primitives of one glTF mesh.
 fn bake_primitives(
     primitives: &[ImportedPrimitive],
-    kept: &[Vec<bool>],
+    outer: &[Vec<bool>],
     config: &BakeConfig,
     tracker: &Tracker<'_>,
 ) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
@@ -176,12 +174,13 @@ fn bake_primitives(
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
+    let own = meeting_vertices(&meshes, 0..);
     let config = &if meshes.iter().any(is_large) {
-        config_for_adjacent(&meshes, &meeting_vertices(&meshes), kept, config)
+        config_for_adjacent(&meshes, &own, config)
     } else {
         config.clone()
     };
-    let baked = bake_together_with_progress(&meshes, kept, config, &shares);
+    let baked = bake_together_with_progress(&meshes, &own, outer, config, &shares);
     // The estimated number of triangles is seldom exact. The rest counts as done.
     shares.iter().for_each(Share::finish);
     let finished = primitives.iter().zip(baked);

@@ -187,7 +187,7 @@ fn only_meshes_placed_alike_keep_shared_borders() {
     assert_eq!([alike, apart], [true, false]);
 }
 
-/// Primitives that share too many vertices with each other are joined, which would move their borders.
+/// Primitives that share too many vertices with each other are joined.
 #[test]
 fn large_primitives_keep_borders_with_other_meshes() {
     let part_of = |p: Vec3| {
@@ -206,11 +206,38 @@ fn large_primitives_keep_borders_with_other_meshes() {
     let apart = bake(&mut file, &BakeConfig::default());
     let [beside, apart] = [beside, apart].map(|outcome| {
         let baked = &outcome.file.primitives[0].hierarchy;
-        let is_joined = baked.whole_mesh_levels().as_ref() == Some(baked);
-        let both = [large.clone(), other.clone()];
-        (is_joined, keeps_shared_edges(large, &both, baked))
+        assert!(baked.whole_mesh_levels().as_ref() == Some(baked));
+        keeps_shared_edges(large, &[large.clone(), other.clone()], baked)
     });
-    assert_eq!([beside, apart], [(false, true), (true, false)]);
+    assert_eq!([beside, apart], [true, false]);
+}
+
+/// In the first file, primitives meet only the other mesh. In the second one, they also meet each other.
+#[test]
+fn small_primitives_keep_borders_with_other_meshes() {
+    let parts = split(&fixtures::height_field(96), |p| (p.x * 4.0).floor() as i32);
+    for order in [[0, 2, 1, 3], [0, 1, 2, 3]] {
+        let parts = order.map(|part: usize| parts[part].clone());
+        let mut file = file_of(&parts);
+        let last = file.list("meshes").split_off(2);
+        file.join_meshes();
+        let [mut second, fourth] = <[_; 2]>::try_from(last).unwrap();
+        let primitives = second["primitives"].as_array_mut().unwrap();
+        primitives.push(fourth["primitives"][0].clone());
+        file.list("meshes").push(second);
+        file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1 }]);
+        let baked = bake(&mut file, &BakeConfig::default()).file.primitives;
+        assert!(keeps_shared_edges(
+            &parts[1],
+            &parts[1..3],
+            &baked[1].hierarchy
+        ));
+        assert!(keeps_shared_edges(
+            &parts[2],
+            &parts[1..3],
+            &baked[2].hierarchy
+        ));
+    }
 }
 
 #[test]

@@ -53,8 +53,14 @@ pub fn bake_together(
     meshes: &[&SourceMesh],
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let kept = kept_vertices(meshes);
-    bake_together_with_progress(meshes, &kept, config, &shares_of(meshes))
+    let outer = vec![Vec::new(); meshes.len()];
+    bake_together_with_progress(
+        meshes,
+        &shared_vertices(meshes),
+        &outer,
+        config,
+        &shares_of(meshes),
+    )
 }
 
 /// [`bake_together`] for the primitives of one glTF mesh if some are drawn in units. The meshes are baked separately
@@ -67,15 +73,16 @@ pub fn bake_adjacent(
     meshes: &[&SourceMesh],
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
-    let kept = kept_vertices(meshes);
-    let config = config_for_adjacent(meshes, &kept, &kept, config);
-    bake_together_with_progress(meshes, &kept, &config, &shares_of(meshes))
+    let own = shared_vertices(meshes);
+    let outer = vec![Vec::new(); meshes.len()];
+    let config = config_for_adjacent(meshes, &own, config);
+    bake_together_with_progress(meshes, &own, &outer, &config, &shares_of(meshes))
 }
 
-/// The vertices where the meshes meet; none if a mesh is invalid.
-fn kept_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
+/// The vertices where the meshes meet each other; none if a mesh is invalid.
+fn shared_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
     if meshes.iter().all(|mesh| mesh.check_shape().is_ok()) {
-        meeting_vertices(meshes)
+        meeting_vertices(meshes, 0..)
     } else {
         vec![Vec::new(); meshes.len()]
     }
@@ -86,20 +93,16 @@ fn shares_of(meshes: &[&SourceMesh]) -> Vec<Share<'static>> {
 }
 
 /// The configuration for the primitives of one glTF mesh if some are drawn in units. `own` are the vertices where they
-/// meet each other, and `kept` those where they meet any mesh.
+/// meet each other.
 pub(crate) fn config_for_adjacent(
     meshes: &[&SourceMesh],
     own: &[Vec<bool>],
-    kept: &[Vec<bool>],
     config: &BakeConfig,
 ) -> BakeConfig {
-    // Primitives that cannot keep their shared vertices have cracks unless they change levels together. If they also
-    // meet other glTF meshes, they keep what they can: joined primitives have no fixed vertices.
-    let meets_others = own.iter().flatten().ne(kept.iter().flatten());
+    // Primitives that cannot keep their shared vertices have cracks unless they change levels together.
     let mut pairs = meshes.iter().zip(own);
-    let are_separate = meets_others || pairs.all(|(mesh, own)| is_within_budget(own, mesh));
     BakeConfig {
-        together_below_triangles: if are_separate {
+        together_below_triangles: if pairs.all(|(mesh, own)| is_within_budget(own, mesh)) {
             0
         } else {
             config.together_below_triangles
@@ -108,26 +111,36 @@ pub(crate) fn config_for_adjacent(
     }
 }
 
-/// [`bake_together`] with the progress of each mesh. Meshes that are baked together use the first of `shares`. Meshes
-/// that are baked separately keep the vertices marked in `kept` at all levels, within [`MAX_KEPT_VERTICES`].
+/// [`bake_together`] with the progress of each mesh. Meshes that are baked together use the first of `shares`.
+///
+/// `own` marks the vertices where the meshes meet each other, and `outer` those where they meet other objects. Within
+/// [`MAX_KEPT_VERTICES`], separate meshes keep both at all levels, and joined meshes keep `outer`.
 pub(crate) fn bake_together_with_progress(
     meshes: &[&SourceMesh],
-    kept: &[Vec<bool>],
+    own: &[Vec<bool>],
+    outer: &[Vec<bool>],
     config: &BakeConfig,
     shares: &[Share<'_>],
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let together = if can_bake_as_plant(meshes, config) {
         Some(Joint::Plant)
     } else {
-        can_bake_as_surface(meshes, kept, config).then_some(Joint::Surface)
+        can_bake_as_surface(meshes, own, config).then_some(Joint::Surface)
     };
-    let as_one = |joint| bake_joined(meshes, joint, config, &shares[0]);
+    let as_one = |joint| bake_joined(meshes, joint, &outer.concat(), config, &shares[0]);
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
     let bake_separately = |(index, mesh): (usize, &&SourceMesh)| {
-        let kept = kept_within_budget(&kept[index], mesh);
-        bake_mesh_with_progress(mesh, kept, config, &shares[index])
+        let marks = [&own[index], &outer[index]];
+        let is_kept = |vertex| marks.iter().any(|marks| marks.get(vertex) == Some(&true));
+        let kept: Vec<bool> = (0..mesh.positions.len()).map(is_kept).collect();
+        bake_mesh_with_progress(
+            mesh,
+            kept_within_budget(&kept, mesh),
+            config,
+            &shares[index],
+        )
     };
     meshes.par_iter().enumerate().map(bake_separately).collect()
 }
@@ -175,11 +188,9 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
     is_aggregate(&apart, &place) && 2 * open(&welded()) >= open(&place)
 }
 
-/// Whether each mesh meets another mesh, not necessarily one of `meshes`, and the meshes can be joined.
-fn can_bake_as_surface(meshes: &[&SourceMesh], kept: &[Vec<bool>], config: &BakeConfig) -> bool {
-    meshes.len() > 1
-        && kept.iter().all(|kept| kept.contains(&true))
-        && can_be_joined(meshes, config)
+/// Whether each mesh meets another one, and the meshes can be joined.
+fn can_bake_as_surface(meshes: &[&SourceMesh], own: &[Vec<bool>], config: &BakeConfig) -> bool {
+    meshes.len() > 1 && own.iter().all(|own| own.contains(&true)) && can_be_joined(meshes, config)
 }
 
 fn can_be_joined(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
@@ -253,14 +264,16 @@ fn concatenated<V: Copy>(
 fn bake_joined(
     meshes: &[&SourceMesh],
     joint: Joint,
+    kept: &[bool],
     config: &BakeConfig,
     progress: &Share<'_>,
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
+    let joined = as_one_mesh(meshes, joint);
     let (hierarchy, report) = bake_valid_mesh(
-        &as_one_mesh(meshes, joint),
+        &joined,
         Surfaces::of(meshes.iter().copied()),
-        &[],
+        kept_within_budget(kept, &joined),
         config,
         progress,
     );

@@ -7,7 +7,7 @@ use common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, Character, ClipFault, Import, MeshError, PrimitiveFault, RigFault, RiggedVerified,
     SkipReason, VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, deviations,
-    import_gltf_bytes, verify_rigged,
+    fixtures, import_gltf_bytes, verify_rigged,
 };
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
 use glam::Vec3;
@@ -231,11 +231,18 @@ fn clips_of_other_files_move_nodes_by_name() {
 }
 
 #[test]
-fn characters_beyond_16_bit_indices_are_rejected() {
-    let import = import(&mut character_of(4_100, 1.0));
-    for (_, baked) in bake_rigged(&import, &BakeConfig::default()) {
-        let vertices = 4_101 * 16;
-        assert_eq!(baked, Err(MeshError::TooLargeForRig { vertices }));
+fn rigged_primitives_beyond_16_bit_indices_are_skipped() {
+    let mut file = character_of(4_100, 1.0);
+    file.add_mesh(&fixtures::rock(2, 1));
+    let outcome = bake_import(import(&mut file), &BakeConfig::default(), &|_| ()).unwrap();
+    assert_eq!(
+        (outcome.file.primitives.len(), outcome.skipped.len()),
+        (1, 2)
+    );
+    let vertices = 4_101 * 16;
+    let fault = PrimitiveFault::Mesh(MeshError::TooLargeForRig { vertices });
+    for skipped in outcome.skipped {
+        assert_eq!(skipped.reason, SkipReason::Faulty(fault.clone()));
     }
 }
 

@@ -10,7 +10,6 @@ use super::simplify::Simplifier;
 use crate::config::BakeConfig;
 use crate::import::Import;
 use crate::mesh::MeshError;
-use crate::mesh::used_vertices::used_of;
 use crate::report::BakeReport;
 
 /// A guarantee is this many times the largest deviation in the training poses. Held-out clips deviated up to 1.47 times
@@ -22,8 +21,6 @@ const FEWEST_TRIANGLES: usize = 24;
 /// static meshes are 4 to 5 times the root mean square of their distances. Characters and props therefore change levels
 /// at similar differences.
 const ERROR_PER_RMS: f32 = 4.0;
-/// The largest number of vertices that 16-bit indices reach.
-const MOST_VERTICES: usize = 1 << 16;
 /// Strengths of poses relative to shape. Each level uses the strength that deviates least. Without 0, 1 or 4, four
 /// characters need 24, 4 or 20 % more triangles at equal deviation; with 2 or 8 in place of 4, 18 % more; with 0.5 or 2
 /// in place of 1, 2 % more. A fourth candidate, 4 with protected texture seams, saves 0.2 %.
@@ -44,11 +41,6 @@ pub(super) fn bake(
     import: &Import,
     config: &BakeConfig,
 ) -> Result<Vec<(Hierarchy, BakeReport)>, MeshError> {
-    // Levels use vertices of the source, so none has more than the source.
-    let mut parts = character.parts.iter();
-    if let Some(part) = parts.find(|part| used_vertices(part) > MOST_VERTICES) {
-        return Err(too_large(part));
-    }
     let training = Training::of(character, import);
     let levels = levels_of(character, &training, config);
     let bounds = bounds(character, &training.poses);
@@ -68,17 +60,6 @@ pub(super) fn bake(
     parts
         .map(|part| hierarchy(character, part, &levels, &groups))
         .collect()
-}
-
-fn used_vertices(part: &Part<'_>) -> usize {
-    let vertices = part.vertices.len();
-    let used = used_of(&part.primitive.mesh.indices, vertices);
-    used.map_or(vertices, |used| used.len())
-}
-
-fn too_large(part: &Part<'_>) -> MeshError {
-    let vertices = used_vertices(part);
-    MeshError::TooLargeForRig { vertices }
 }
 
 /// All levels, finest first, starting with the source.
@@ -222,7 +203,8 @@ fn hierarchy(
     let levels = levels_of_part(part, levels);
     for (triangles, group) in levels.iter().zip(groups) {
         let pushed = hierarchy.push_whole_mesh(triangles, *group);
-        pushed.ok_or_else(|| too_large(part))?;
+        let vertices = mesh.positions.len();
+        pushed.ok_or(MeshError::TooLargeForRig { vertices })?;
     }
     debug_assert_eq!(hierarchy.validate(), Ok(()));
     let report = BakeReport {

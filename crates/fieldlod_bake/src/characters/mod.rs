@@ -42,7 +42,7 @@ pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
 ///
 /// # Errors
 /// A [`MeshError`] for each primitive if the configuration is out of range. Also for all primitives of a character if
-/// one of them has more vertices than 16-bit indices allow.
+/// one of them has more vertices than 16-bit indices allow; an import skips such primitives.
 #[must_use]
 pub fn bake_rigged(import: &Import, config: &BakeConfig) -> Vec<(PrimitivePlace, RiggedResult)> {
     let bake = |character: Character<'_>| -> Vec<(usize, RiggedResult)> {

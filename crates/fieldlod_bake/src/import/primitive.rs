@@ -13,6 +13,9 @@ use super::rig::{Rig, Skin, read_rig};
 use crate::mesh::used_vertices::{renumber, used_of};
 use crate::mesh::{MeshError, SourceMesh};
 
+/// The largest number of vertices that 16-bit indices reach. Levels of rigged primitives have one unit each.
+const MOST_RIGGED_VERTICES: usize = 1 << 16;
+
 /// Returns the reason if `primitive` has no levels of detail.
 pub(super) fn skip_reason(primitive: &Primitive<'_>) -> Option<SkipReason> {
     let triangles = [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan];
@@ -59,12 +62,18 @@ pub(super) fn read(
     if !mesh.indices.is_empty() {
         mesh.validate()?;
     }
-    if !needs_normals(&mesh, primitive.mode()) {
-        return Ok((mesh, rig));
+    let (mesh, rig) = if needs_normals(&mesh, primitive.mode()) {
+        // The new vertices are the old corners, so the rig is copied in the same order.
+        let rig = rig.map(|rig| rig.at(&mesh.indices));
+        (mesh.without_shared_vertices(), rig)
+    } else {
+        (mesh, rig)
+    };
+    let vertices = mesh.positions.len();
+    if rig.is_some() && vertices > MOST_RIGGED_VERTICES {
+        return Err(MeshError::TooLargeForRig { vertices }.into());
     }
-    // The new vertices are the old corners, so the rig is copied in the same order.
-    let rig = rig.map(|rig| rig.at(&mesh.indices));
-    Ok((mesh.without_shared_vertices(), rig))
+    Ok((mesh, rig))
 }
 
 /// The indices, which are in range. `None` if vertices are drawn in order.

@@ -26,6 +26,9 @@ const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
 /// would move its part differently. At 8 and 32, palms' errors change by less than 3 %.
 pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
+/// Number of an element's vertices that may be corners of the flattened element. The time grows with its third power.
+/// Most leaves have fewer vertices.
+const MOST_CORNERS: usize = 64;
 /// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
 const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
@@ -86,7 +89,10 @@ impl Task<'_> {
 
     /// Replaces an element by both sides of the largest triangle between its vertices.
     fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
-        let Some([a, b, c]) = largest_triangle(&element.vertices(), &simplified.positions) else {
+        let vertices = element.vertices();
+        let step = vertices.len().div_ceil(MOST_CORNERS);
+        let corners: Vec<u32> = vertices.into_iter().step_by(step).collect();
+        let Some([a, b, c]) = largest_triangle(&corners, &simplified.positions) else {
             return;
         };
         let before = element.clone();

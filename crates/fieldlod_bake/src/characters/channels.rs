@@ -33,13 +33,12 @@ pub(super) fn channels(poses: &[Vec<Vec3>]) -> Vec<[f32; CHANNELS]> {
     let mut axes: Vec<[f32; CHANNELS]> = (0..width)
         .map(|_| std::array::from_fn(|_| random.unit() - 0.5))
         .collect();
-    let mut projected = Vec::new();
-    for _ in 0..ITERATIONS {
+    orthonormalize(&mut axes);
+    for _ in 1..ITERATIONS {
+        axes = back(&rows, &project(&rows, &axes), width);
         orthonormalize(&mut axes);
-        projected = project(&rows, &axes);
-        axes = back(&rows, &projected, width);
     }
-    projected
+    project(&rows, &axes)
 }
 
 /// Multiplies rows by axes: the components of each row.

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::character::{Character, Part};
 use super::deviation::{deviations, deviations_of_components, mean_distances};
-use super::poses::{Pose, Training};
+use super::poses::{Pose, Training, clip_poses};
 use super::simplify::Simplifier;
 use crate::config::BakeConfig;
 use crate::import::Import;
@@ -41,7 +41,11 @@ pub(super) fn bake(
     import: &Import,
     config: &BakeConfig,
 ) -> Result<Vec<(Hierarchy, BakeReport)>, MeshError> {
-    let training = Training::of(character, import);
+    let training = Training::of(
+        character,
+        import,
+        &clip_poses(character, import, &import.clips),
+    );
     let levels = levels_of(character, &training, config);
     let bounds = bounds(character, &training.poses);
     let group = |level: usize| {

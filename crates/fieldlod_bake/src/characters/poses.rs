@@ -11,7 +11,7 @@ use crate::mesh::MAX_COORDINATE;
 /// equal deviation, and held-out clips reach 0.82 instead of 0.73 of the stated deviation. With 32, triangles rise by
 /// 1 %, and bakes take a third longer.
 const CHOSEN: usize = 16;
-/// Poses of all clips to choose from, but at least one for each clip. Bounds the memory for files with many clips.
+/// Poses of all clips to choose from. Bounds the memory for files with many clips.
 const MOST_CANDIDATES: usize = 1 << 12;
 /// Keyframes of one clip to choose from. With 16, 32 or 128, skinned characters' triangles at equal deviation change by
 /// at most 3 %.
@@ -40,7 +40,7 @@ const MOST_GUIDING: usize = 32;
 
 /// Transforms of joints and weights of morph targets. Posed vertices are in the space of the mesh, relative to the
 /// carrier joint.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// For each joint of the skin, the transform from the bind pose. Empty for the bind pose.
     joints: Vec<Affine3A>,
@@ -111,26 +111,22 @@ pub(super) struct Training {
 
 impl Training {
     /// The bind pose, the rest pose, poses of clips, each morph target, and each joint bent.
-    pub(super) fn of(character: &Character<'_>, import: &Import) -> Self {
-        let of_clips = clip_poses(character, import, &import.clips);
+    pub(super) fn of(character: &Character<'_>, import: &Import, of_clips: &[Pose]) -> Self {
         let angle = if of_clips.is_empty() {
             BEND
         } else {
             BEND_BESIDE_CLIPS
         };
-        let bent = bent_poses(character, import, angle);
+        let mut bent = bent_poses(character, import, angle);
         let rest = Rig::of(character, import).poses(&[]);
         let first = std::iter::once(Pose::default()).chain(rest).collect();
-        let varied = if of_clips.is_empty() {
-            &bent
-        } else {
-            &of_clips
-        };
+        let varied = if of_clips.is_empty() { &bent } else { of_clips };
         let mut poses = farthest(character, first, varied);
         poses.extend(target_poses(character));
         poses.retain(|pose| pose.is_usable(character));
         let chosen = poses.len().min(MOST_GUIDING);
         // Bent joints come last: they only measure levels, unless there are no clips.
+        bent.retain(|pose| !poses.contains(pose));
         poses.extend(bent);
         Self { poses, chosen }
     }
@@ -159,7 +155,7 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
         let times = times.into_iter().step_by(step);
         times.flat_map(move |time| rig.poses_at(own.iter().copied(), time))
     });
-    poses.collect()
+    poses.take(MOST_CANDIDATES).collect()
 }
 
 /// The pose at a time of a clip. `None` if it is degenerate.

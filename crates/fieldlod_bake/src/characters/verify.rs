@@ -126,8 +126,8 @@ fn check_parts(character: &Character<'_>, baked: &[&Hierarchy]) -> Result<(), Ve
 }
 
 fn poses(character: &Character<'_>, import: &Import) -> Vec<Pose> {
-    let mut poses = Training::of(character, import).poses;
     let of_clips = clip_poses(character, import, &import.clips);
+    let mut poses = Training::of(character, import, &of_clips).poses;
     let step = of_clips.len().div_ceil(MOST_POSES).max(1);
     poses.extend(of_clips.into_iter().step_by(step));
     poses

@@ -10,7 +10,7 @@ use fieldlod_bake::{
     fixtures, import_gltf_bytes, verify_rigged,
 };
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
-use glam::Vec3;
+use glam::{Mat4, Vec3};
 use proptest::prelude::*;
 use serde_json::json;
 
@@ -50,6 +50,14 @@ fn importer_reads_joints_weights_targets_and_clips() {
     let names: Vec<&str> = import.clips.iter().map(|clip| &*clip.name).collect();
     assert_eq!(names, ["bend", "twist"]);
     assert_eq!(import.clips[0].channels[0].values.len(), 44);
+}
+
+#[test]
+fn channels_with_surplus_values_are_left_out() {
+    let mut file = character(1.0);
+    let rotations = file.add_floats(&[0.5; 48], "VEC4");
+    file.json["animations"][0]["samplers"][0]["output"] = json!(rotations);
+    assert_eq!(import(&mut file).clips.len(), 1);
 }
 
 /// Bevy gives each triangle of a mesh without normals its own vertices.
@@ -342,6 +350,19 @@ fn faulty_rigs_are_skipped() {
     assert_eq!(found[0], RigFault::InverseBinds { count, joints }.into());
     let found = faults(binds(3));
     assert_eq!(found[0], RigFault::BadInverseBind { joint: 0 }.into());
+    // The fourth inverse bind matrix belongs to no joint.
+    let mut surplus = vec![Mat4::IDENTITY.to_cols_array(); 3];
+    surplus.push([0.0; 16]);
+    let found = faults(|file| {
+        let bytes: Vec<u8> = surplus
+            .iter()
+            .flatten()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        let accessor = file.add_accessor(&bytes, 5126, "MAT4", 4);
+        file.json["skins"][0]["inverseBindMatrices"] = json!(accessor);
+    });
+    assert_eq!(found, []);
     let found = faults(|file| file.json["skins"][0]["joints"] = json!([1]));
     let expected = "uses joint 1, but its skin has 1";
     assert!(found[0].to_string().ends_with(expected), "{found:?}");

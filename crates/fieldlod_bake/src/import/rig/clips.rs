@@ -121,17 +121,14 @@ fn index(value: &Value) -> Option<usize> {
 impl Channel {
     fn is_usable(&self) -> bool {
         let are_finite = self.times.iter().chain(&self.values).all(|x| x.is_finite());
-        let per_value = match self.property {
-            Property::Translation | Property::Scale => 3,
-            Property::Rotation => 4,
-            Property::Weights => 1,
-        };
         let width = self.width();
-        let is_whole = match self.property {
+        let fits = match self.property {
+            Property::Translation | Property::Scale => width == 3,
+            Property::Rotation => width == 4,
             Property::Weights => width > 0,
-            _ => width == per_value,
         };
-        !self.times.is_empty() && self.times.is_sorted() && are_finite && is_whole
+        let is_whole = self.values.len() == width * self.times.len() * self.values_per_keyframe();
+        !self.times.is_empty() && self.times.is_sorted() && are_finite && fits && is_whole
     }
 
     /// Number of components of a value.

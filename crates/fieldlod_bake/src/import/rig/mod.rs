@@ -169,7 +169,7 @@ fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, Primitive
         let joints = joints.len();
         return Err(RigFault::TooManyJoints { joints }.into());
     }
-    let inverse_binds = match skin.inverse_bind_matrices() {
+    let mut inverse_binds = match skin.inverse_bind_matrices() {
         None => vec![Mat4::IDENTITY; joints.len()],
         Some(accessor) => read_matrices(&accessor, buffers)?,
     };
@@ -178,6 +178,8 @@ fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, Primitive
         let joints = needed;
         return Err(RigFault::InverseBinds { count, joints }.into());
     }
+    // Surplus matrices belong to no joint.
+    inverse_binds.truncate(needed);
     // Their inverses place the joints in the bind pose.
     let is_usable = |m: &Mat4| m.is_finite() && m.determinant().is_normal();
     match inverse_binds.iter().position(|matrix| !is_usable(matrix)) {

@@ -24,7 +24,7 @@ const MOST_BYTES: usize = 1 << 28;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnreadImage {
     /// Index of the image in the file. The number of images if a texture has no image.
-    pub image: Option<u32>,
+    pub image: u32,
     /// The name of the image or of its file, or an empty string.
     pub name: String,
     /// The fault.
@@ -33,10 +33,7 @@ pub struct UnreadImage {
 
 impl fmt::Display for UnreadImage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.image {
-            Some(image) => write!(f, "image {image}")?,
-            None => write!(f, "an image")?,
-        }
+        write!(f, "image {}", self.image)?;
         if !self.name.is_empty() {
             write!(f, " ({:?})", self.name)?;
         }
@@ -104,17 +101,11 @@ pub(super) fn read(
     buffers: &Buffers,
     beside: &ReadBeside<'_>,
 ) -> Result<Pixels, UnreadImage> {
-    let Some(image) = document.as_json().images.get(index) else {
-        return Err(UnreadImage {
-            image: None,
-            name: String::new(),
-            fault: ImageFault::Missing,
-        });
-    };
+    let image = &document.as_json().images[index];
     // A data URI is no name: it may have megabytes.
     let uri = image.uri.as_deref().filter(|uri| data_of(uri).is_none());
     let unread = |fault| UnreadImage {
-        image: Some(index as u32),
+        image: index as u32,
         name: uri.or(image.name.as_deref()).unwrap_or_default().to_owned(),
         fault,
     };

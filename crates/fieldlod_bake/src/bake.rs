@@ -82,6 +82,11 @@ pub(crate) fn bake_valid_mesh(
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);
+    let coarsest = hierarchy
+        .groups
+        .last()
+        .map(|group| hierarchy.triangle_count_of(group));
+    report.coarsest_triangles = coarsest.unwrap_or(0) as usize;
     // Measure levels of plants and torn textures on pictures. Other meshes keep the error of the simplifier, to which
     // the pictures are calibrated.
     let torn = report.first_torn_group().filter(|_| measures_tears);

@@ -15,7 +15,7 @@ pub struct BakeReport {
     pub rounded_vertices: usize,
     /// Triangles of two-sided sheets, both sides counted. Only one side is simplified.
     pub two_sided_triangles: usize,
-    /// Triangles of the coarsest level, without backs of two-sided sheets.
+    /// Triangles of the coarsest level, with both sides of two-sided sheets.
     pub coarsest_triangles: usize,
     /// Fallbacks for groups that no regular simplification could reduce. If `coarsest_triangles` is above
     /// [`MOST_COARSEST`](Self::MOST_COARSEST), the fallbacks were not enough.

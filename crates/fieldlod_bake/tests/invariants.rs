@@ -126,6 +126,10 @@ fn coarsest_level_has_about_a_dozen_triangles() {
         ("icosphere", fixtures::icosphere(4)),
         ("height field", fixtures::height_field(100)),
         ("plane", fixtures::plane(30)),
+        (
+            "two-sided plane",
+            fixtures::both_sides(&fixtures::plane(30), true),
+        ),
     ] {
         let (hierarchy, report) = bake_mesh_with_report(&mesh, &BakeConfig::default()).unwrap();
         let triangles = cut(&hierarchy, |_| false).len();

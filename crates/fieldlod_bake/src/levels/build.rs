@@ -70,7 +70,6 @@ pub(crate) fn build_levels(
             group_clusters = larger_groups(group_clusters, left, before);
         }
     }
-    report.coarsest_triangles = triangle_count(&clusters);
     groups.add_terminal(clusters);
     (groups, report)
 }

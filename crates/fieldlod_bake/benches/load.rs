@@ -103,7 +103,7 @@ fn meshes() -> Vec<(String, SourceMesh)> {
             ("height field".into(), fixtures::height_field(400)),
             (
                 "flat-shaded rock".into(),
-                fixtures::flat_shaded(&fixtures::rock(6, 1)),
+                fixtures::rock(6, 1).without_shared_vertices(),
             ),
             ("islands".into(), fixtures::islands(50_000)),
         ],

@@ -21,7 +21,7 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
         ("islands", fixtures::islands(1_000)),
         (
             "flat-shaded rock",
-            fixtures::flat_shaded(&fixtures::rock(3, 2)),
+            fixtures::rock(3, 2).without_shared_vertices(),
         ),
     ]
 }

@@ -83,7 +83,7 @@ fn closed_meshes() -> Vec<(&'static str, SourceMesh)> {
         ("torus knot", fixtures::torus_knot(100, 16)),
         (
             "flat-shaded rock",
-            fixtures::flat_shaded(&fixtures::rock(4, 2)),
+            fixtures::rock(4, 2).without_shared_vertices(),
         ),
     ]
 }
@@ -157,7 +157,7 @@ fn fallbacks_simplify_stuck_groups() {
 
 /// A mesh with a separate texture area for every triangle.
 fn mesh_of_seams() -> SourceMesh {
-    let mut mesh = fixtures::flat_shaded(&fixtures::rock(2, 3));
+    let mut mesh = fixtures::rock(2, 3).without_shared_vertices();
     let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
     let tiles = (0..mesh.positions.len()).map(|v| {
         let (triangle, corner) = (v / 3, v % 3);
@@ -301,7 +301,7 @@ fn degenerate_meshes_bake() {
         ("doubled", fixtures::doubled(fixtures::rock(4, 4))),
         (
             "no vertices shared",
-            fixtures::flat_shaded(&fixtures::plane(40)),
+            fixtures::plane(40).without_shared_vertices(),
         ),
     ] {
         let hierarchy = bake(&mesh, &many_groups());

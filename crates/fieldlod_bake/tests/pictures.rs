@@ -59,7 +59,7 @@ fn verify_rejects_cloth_with_missing_border() {
 #[test]
 fn verify_rejects_torn_sphere() {
     // Corners that differ by rounding are welded, so cuts show the holes.
-    let mut ball = fixtures::flat_shaded(&fixtures::icosphere(4));
+    let mut ball = fixtures::icosphere(4).without_shared_vertices();
     for (index, position) in ball.positions.iter_mut().enumerate() {
         *position *= 1.0 + (index % 7) as f32 * 1e-7;
     }

@@ -77,7 +77,7 @@ fn meshes_of_a_tree_share_their_levels() {
 #[test]
 fn other_meshes_are_baked_separately() {
     let config = BakeConfig::default();
-    let bark = fixtures::flat_shaded(&fixtures::rock(2, 1));
+    let bark = fixtures::rock(2, 1).without_shared_vertices();
     let leaves = without_uvs(fixtures::cards(300, 2));
     let rock = fixtures::rock(2, 1);
     let alone = |mesh: &SourceMesh| bake_mesh(mesh, &config).unwrap();
@@ -183,7 +183,7 @@ fn closed_meshes_stay_closed_beside_open_ones() {
     });
     let fruits = fixtures::joined(&fruits.collect::<Vec<_>>());
     let leaves = without_uvs(fixtures::cards(1000, 2));
-    let bark = fixtures::flat_shaded(&fixtures::rock(3, 1));
+    let bark = fixtures::rock(3, 1).without_shared_vertices();
     let meshes = [&leaves, &fruits, &bark];
     for (part, source) in bake(&meshes).iter().zip(meshes) {
         assert!(part.whole_mesh_levels().as_ref() == Some(part));

@@ -29,7 +29,7 @@ fn two_rocks() -> GltfFile {
         file.list("accessors")[accessor]["normalized"] = json!(true);
         file.primitive()["attributes"][name] = json!(accessor);
     }
-    file.add_mesh(&fieldlod_tests::flat_shaded(&fieldlod_tests::rock(3, 2)));
+    file.add_mesh(&fieldlod_tests::rock(3, 2).without_shared_vertices());
     file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1, "scale": [1.0, -2.0, 1.0] }]);
     file.json["scenes"] = json!([{ "nodes": [0, 1] }]);
     file
@@ -47,7 +47,7 @@ fn one_rock(subdivisions: u32, seed: u32) -> GltfFile {
 fn bark_and_leaves(count: u32) -> [SourceMesh; 2] {
     let mut leaves = fieldlod_tests::cards(count, 2);
     leaves.uvs.clear();
-    let bark = fieldlod_tests::flat_shaded(&fieldlod_tests::rock(3, 1));
+    let bark = fieldlod_tests::rock(3, 1).without_shared_vertices();
     [bark, leaves]
 }
 

@@ -4,6 +4,7 @@
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 
+use crate::mesh::bits;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Samples per edge. For polygons and curves, points between samples are at most about 2 % farther away.
@@ -34,13 +35,10 @@ fn open_edges(triangles: &[[Vec3; 3]]) -> Vec<[Vec3; 2]> {
     let mut places: Vec<Vec3> = Vec::new();
     let mut place_of: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     let mut place = |point: Vec3| {
-        // Adding zero turns −0 into +0, so that both have the same bits.
-        *place_of
-            .entry((point + Vec3::ZERO).to_array().map(f32::to_bits))
-            .or_insert_with(|| {
-                places.push(point);
-                places.len() as u32 - 1
-            })
+        *place_of.entry(bits(point)).or_insert_with(|| {
+            places.push(point);
+            places.len() as u32 - 1
+        })
     };
     let mut edges: Vec<Edge> = Vec::with_capacity(triangles.len() * 3);
     for &corners in triangles {

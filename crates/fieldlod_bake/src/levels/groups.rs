@@ -1,6 +1,5 @@
 //! Groups of all levels, not yet bounded and ordered.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use fieldlod_hierarchy::NO_GROUP;
@@ -45,27 +44,20 @@ impl Groups {
     /// Adds the group that consumes `clusters`, and returns its index.
     pub(crate) fn add(
         &mut self,
-        clusters: Vec<Cluster>,
+        mut clusters: Vec<Cluster>,
         error_in_local: f32,
         deviation_in_local: f32,
         made: Range<u32>,
     ) -> u32 {
         let levels = self.finer_of(&clusters).map(|finer| finer.level + 1);
         let level = levels.max().unwrap_or(0);
-        // Sorted by producer: the order of units must not depend on a hash.
-        let mut by_producer: BTreeMap<u32, Vec<Vec<u32>>> = BTreeMap::new();
-        for cluster in clusters {
-            let of_producer = by_producer.entry(cluster.produced_by).or_default();
-            of_producer.push(cluster.corners);
-        }
-        let units = by_producer.into_iter();
-        let units = units.flat_map(|(produced_by, clusters)| {
-            let parts = clusters.chunks(MAX_CLUSTERS_IN_UNIT);
-            let unit = move |clusters: &[Vec<u32>]| RawUnit {
-                produced_by,
-                clusters: clusters.to_vec(),
-            };
-            parts.map(unit).collect::<Vec<_>>()
+        clusters.sort_by_key(|cluster| cluster.produced_by);
+        let same = clusters.chunk_by_mut(|a, b| a.produced_by == b.produced_by);
+        let units = same.flat_map(|same| same.chunks_mut(MAX_CLUSTERS_IN_UNIT));
+        let take = |cluster: &mut Cluster| std::mem::take(&mut cluster.corners);
+        let units = units.map(|clusters| RawUnit {
+            produced_by: clusters[0].produced_by,
+            clusters: clusters.iter_mut().map(take).collect(),
         });
         let units = units.collect();
         self.0.push(RawGroup {

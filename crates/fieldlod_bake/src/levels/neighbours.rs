@@ -8,8 +8,7 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::levels::vertices::border_of;
-use crate::mesh::SourceMesh;
-use crate::mesh::adapter;
+use crate::mesh::{SourceMesh, adapter, bits};
 
 /// Marks a position of several objects.
 const SEVERAL: u32 = u32::MAX;
@@ -60,9 +59,4 @@ fn borders_of(mesh: &SourceMesh) -> Vec<bool> {
     let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
     let same_position = meshopt::generate_position_remap(&adapter(&positions));
     border_of(&mesh.indices, &same_position)
-}
-
-fn bits(position: Vec3) -> [u32; 3] {
-    // Adding zero turns −0 into +0, so that both have the same bits.
-    (position + Vec3::ZERO).to_array().map(f32::to_bits)
 }

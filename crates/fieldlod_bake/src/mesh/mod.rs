@@ -17,6 +17,7 @@ pub(crate) mod used_vertices;
 
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 
+use glam::Vec3;
 use meshopt::VertexDataAdapter;
 
 /// Positions as meshoptimizer reads them.
@@ -26,4 +27,10 @@ pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
         Ok(vertices) => vertices,
         Err(_) => unreachable!("a stride of three floats is always valid"),
     }
+}
+
+/// The bits of a position, as the key of a map.
+pub(crate) fn bits(position: Vec3) -> [u32; 3] {
+    // Adding zero turns −0 into +0, so that both have the same bits.
+    (position + Vec3::ZERO).to_array().map(f32::to_bits)
 }

@@ -68,7 +68,7 @@ impl Topology {
         weld_near(mesh, parts, &mut place);
         let pairs = place.iter().zip(&exact);
         let rounded = pairs.filter(|(place, exact)| place != exact).count();
-        let corner = corners_of(mesh, parts, &place, corner);
+        let corner = corners_of(mesh, &place, corner);
         Self {
             place,
             corner,
@@ -167,14 +167,9 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         .collect()
 }
 
-/// For each vertex, the first vertex of the same place and part with similar attributes.
-fn corners_of(
-    mesh: &SourceMesh,
-    parts: &Surfaces,
-    place: &[u32],
-    mut corner: Vec<u32>,
-) -> Vec<u32> {
-    // Other attributes are unknown, so vertices may look different.
+/// For each vertex, the first vertex of the same place with similar attributes.
+fn corners_of(mesh: &SourceMesh, place: &[u32], mut corner: Vec<u32>) -> Vec<u32> {
+    // Other attributes are unknown, so vertices may look different. Meshes of several parts have other attributes.
     if mesh.has_other_attributes {
         return corner;
     }
@@ -186,9 +181,7 @@ fn corners_of(
             continue;
         }
         let corners = corners_at.entry(first).or_insert_with(|| vec![first]);
-        let is_one =
-            |other: u32| parts.part_of(other) == parts.part_of(v) && looks_alike(mesh, v, other);
-        match corners.iter().find(|&&other| is_one(other)) {
+        match corners.iter().find(|&&other| looks_alike(mesh, v, other)) {
             Some(&other) => corner[v as usize] = other,
             None if corners.len() < MAX_CORNERS => corners.push(v),
             None => {}
@@ -256,7 +249,7 @@ mod tests {
 
     #[test]
     fn corners_of_hard_edges_and_seams_stay_separate() {
-        let flat = fixtures::flat_shaded(&fixtures::icosphere(2));
+        let flat = fixtures::icosphere(2).without_shared_vertices();
         let topology = Topology::of(&flat, &Surfaces::default());
         let corners = topology
             .corner

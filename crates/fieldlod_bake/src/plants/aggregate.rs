@@ -119,9 +119,9 @@ impl Task<'_> {
         };
         let before = area(&self.piece.corners, &self.piece.positions);
         let after = area(&simplified.corners, &simplified.positions);
-        let elements = self.elements_and_surfaces();
-        let has_leaves = elements.is_some_and(|(elements, _)| are_flattened(&elements));
-        !has_leaves && after >= before * RESCALE_BELOW_AREA
+        let has_leaves = |(elements, _): (Vec<_>, _)| are_flattened(&elements);
+        after >= before * RESCALE_BELOW_AREA
+            && !self.elements_and_surfaces().is_some_and(has_leaves)
     }
 
     /// Splits the piece into elements (small loose components) and surfaces.

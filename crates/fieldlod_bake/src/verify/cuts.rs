@@ -7,11 +7,9 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
-use super::subject::{CutTriangle, Subject};
+use super::subject::{CutTriangle, ROUNDING, Subject};
 use crate::mesh::triangle_tree::TriangleTree;
 
-/// Distances below this, in scaled units, are rounding.
-const ROUNDING: f32 = 1e-6;
 /// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
 /// component. It is the limit of small elements in the bake, stated independently.
 const SMALL_ELEMENT: usize = 16;

@@ -5,12 +5,10 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
-use super::subject::{CutTriangle, Subject};
+use super::subject::{CutTriangle, ROUNDING, Subject};
 use crate::mesh::triangle_tree::triangle::exact_distance;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
-/// Distances below this, in scaled units, are rounding.
-const ROUNDING: f32 = 1e-6;
 /// Triangles per parallel task. Fewer triangles cost scheduling time; more triangles leave threads idle at the end.
 const TRIANGLES_PER_TASK: usize = 512;
 

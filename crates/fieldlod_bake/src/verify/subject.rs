@@ -9,6 +9,9 @@ use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
 use crate::mesh::used_vertices::Compact;
 
+/// Distances below this, in scaled units, are rounding.
+pub(super) const ROUNDING: f32 = 1e-6;
+
 /// A hierarchy, its source mesh, and the settings.
 pub(super) struct Subject<'a> {
     pub(super) mesh: &'a SourceMesh,

@@ -13,10 +13,6 @@ pub(crate) struct Triangle {
 impl Triangle {
     pub(crate) fn new(corners: [Vec3; 3]) -> Self {
         let [a, b, c] = corners.map(Vec3A::from);
-        Self::between(a, b, c)
-    }
-
-    pub(crate) fn between(a: Vec3A, b: Vec3A, c: Vec3A) -> Self {
         let (ab, ac) = (b - a, c - a);
         Self { a, ab, ac }
     }

@@ -1,12 +1,10 @@
 //! From glTF bytes to a hierarchy file and back.
 
-mod common;
-
 use std::sync::Mutex;
 
+use crate::common::gltf_file::GltfFile;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, BakeProgress, SourceMesh, bake_file, bake_mesh_with_report, fixtures, import_gltf,
 };

@@ -1,10 +1,8 @@
 //! Invariants of every bake, for any mesh and cut.
 
-mod common;
-
 use std::collections::HashSet;
 
-use common::{cut, error_criterion, open_edges, random_criterion, weld};
+use crate::common::{cut, error_criterion, open_edges, random_criterion, weld};
 use fieldlod_bake::{
     BakeConfig, BakeReport, FallbackKind, MeshError, SourceMesh, bake_mesh, bake_mesh_with_report,
     fixtures,

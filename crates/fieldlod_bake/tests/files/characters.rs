@@ -1,9 +1,7 @@
 //! Levels of skinned and morphed meshes.
 
-mod common;
-
-use common::character::{LENGTH, character, character_of, influence};
-use common::gltf_file::GltfFile;
+use crate::common::character::{LENGTH, character, character_of, influence};
+use crate::common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, Character, ClipFault, Import, MeshError, PrimitiveFault, RigFault, RiggedVerified,
     SkipReason, VerifyError, VerifySettings, bake_import, bake_rigged, clip_poses, deviations,
@@ -112,7 +110,7 @@ fn parts_of_characters_stay_closed_where_they_meet() {
         .iter()
         .flat_map(|part| part.vertices.positions.iter().copied())
         .collect();
-    let weld = common::weld(&positions);
+    let weld = crate::common::weld(&positions);
     for level in 0..parts[0].units.len() {
         let mut first = 0;
         let mut triangles = Vec::new();
@@ -123,7 +121,7 @@ fn parts_of_characters_stay_closed_where_they_meet() {
         }
         // The ends of the tube are open in the source.
         let is_end = |vertex: u32| !(1e-3..=LENGTH - 1e-3).contains(&positions[vertex as usize].y);
-        for ((a, b), _) in common::open_edges(&triangles, &weld) {
+        for ((a, b), _) in crate::common::open_edges(&triangles, &weld) {
             assert!(is_end(a) && is_end(b), "level {level}");
         }
     }

@@ -1,10 +1,8 @@
 //! Faults of glTF files and their messages.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::gltf_file::GltfFile;
+use crate::common::gltf_file::GltfFile;
 use fieldlod_bake::{BakeConfig, BakeOutcome, ImportError, bake_file, fixtures};
 use proptest::prelude::*;
 use serde_json::{Value, json};

@@ -1,8 +1,6 @@
 //! Files as exporters write them: shared buffers, unused vertices, invalid primitives and extensions.
 
-mod common;
-
-use common::gltf_file::GltfFile;
+use crate::common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, BufferFault, ImageFault, ImportError, MeshError, SkipReason, SourceMesh,
     VerifySettings, bake_file, bake_mesh, fixtures, import_gltf, unpack_gltf, verify,

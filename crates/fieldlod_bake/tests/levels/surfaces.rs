@@ -1,12 +1,10 @@
 //! Import of materials from glTF files.
 
-mod common;
-
 use std::sync::Arc;
 
+use crate::common::gltf_file::GltfFile;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, ImageFault, Import, SourceMesh, Surface, SurfaceAlpha, TextureMapping, UnreadImage,
     bake_file, bake_mesh, fixtures, import_gltf,

@@ -1,8 +1,6 @@
 //! Meshes that are baked together, such as the bark and the leaves of a tree.
 
-mod common;
-
-use common::gltf_file::GltfFile;
+use crate::common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifySettings, bake_file, bake_mesh, bake_together,
     fixtures, verify,

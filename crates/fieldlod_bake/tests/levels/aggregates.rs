@@ -1,10 +1,8 @@
 //! Levels of plants and other aggregates.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{open_edges, weld};
+use crate::common::{open_edges, weld};
 use fieldlod_bake::{
     BakeConfig, SourceMesh, Surface, SurfaceAlpha, VerifySettings, bake_mesh, fixtures, verify,
 };

@@ -1,8 +1,6 @@
 //! Import of tangents, colours, second texture coordinates and geometry extensions.
 
-mod common;
-
-use common::gltf_file::GltfFile;
+use crate::common::gltf_file::GltfFile;
 use fieldlod_bake::{
     BakeConfig, ImportError, ImportedPrimitive, PackedViewFault, SourceMesh, bake_file, fixtures,
     import_gltf,

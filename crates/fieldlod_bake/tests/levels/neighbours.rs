@@ -1,11 +1,9 @@
 //! Primitives and meshes with shared borders: no cracks open between any of their levels.
 
-mod common;
-
 use std::collections::BTreeSet;
 
-use common::gltf_file::GltfFile;
-use common::{cut, open_edges, weld};
+use crate::common::gltf_file::GltfFile;
+use crate::common::{cut, open_edges, weld};
 use fieldlod_bake::{
     BakeConfig, BakeOutcome, SourceMesh, bake_adjacent, bake_file, bake_mesh, bake_together,
     fixtures,

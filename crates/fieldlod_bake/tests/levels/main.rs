@@ -1,0 +1,16 @@
+//! Tests of levels: shapes, deviations, neighbours, textures and plants.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod aggregates;
+mod clusterlod;
+mod deviation;
+mod invariants;
+mod matches_naive;
+mod neighbours;
+mod pictures;
+mod seams;
+mod surfaces;
+mod together;
+mod topology;

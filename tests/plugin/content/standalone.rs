@@ -124,3 +124,15 @@ fn faults_are_reported() {
     let not_loaded = LodError::FileNotLoaded { file: file() };
     assert_eq!(failure(folder.path(), 0), not_loaded);
 }
+
+#[test]
+fn file_that_loads_after_failure_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut app = app_in(folder.path());
+    spawn(&mut app, 0, ());
+    run_until(&mut app, "a failure", |app| !failures(app).is_empty());
+    write_rocks(folder.path(), FileOptions::default());
+    let assets = app.world().resource::<AssetServer>();
+    assets.reload("rocks.fieldlod");
+    ready(&mut app, 1);
+}

@@ -125,7 +125,7 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-/// Drops the meshes of files that were reloaded or removed.
+/// Drops the meshes of files that were reloaded or removed. Entities without a mesh wait for their file again.
 fn remove_changed_files(
     mut events: MessageReader<AssetEvent<BakedLods>>,
     mut known: ResMut<StandaloneMeshes>,
@@ -133,16 +133,17 @@ fn remove_changed_files(
     mut commands: Commands,
 ) {
     for event in events.read() {
-        let (AssetEvent::Modified { id } | AssetEvent::Removed { id }) = event else {
-            continue;
+        let id = match event {
+            // A file may load after a failure.
+            AssetEvent::Added { id } => id,
+            AssetEvent::Modified { id } | AssetEvent::Removed { id } => {
+                known.0.retain(|(file, ..), _| file != id);
+                id
+            }
+            _ => continue,
         };
-        // Entities whose meshes were not made yet are still waiting.
-        let count = known.0.len();
-        known.0.retain(|(file, ..), _| file != id);
-        if known.0.len() == count {
-            continue;
-        }
-        for (entity, _) in entities.iter().filter(|(_, mesh)| mesh.file.id() == *id) {
+        let waits = |mesh: &LodMesh3d| mesh.file.id() == *id && !known.0.contains_key(&mesh.key());
+        for (entity, _) in entities.iter().filter(|(_, mesh)| waits(mesh)) {
             commands.entity(entity).try_insert(AwaitsFile);
         }
     }

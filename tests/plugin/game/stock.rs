@@ -69,6 +69,9 @@ where
     for unit in units(&mut app) {
         assert!(app.world().get::<MeshMaterial3d<M>>(unit).is_some());
     }
+    let mut rock = app.world_mut().entity_mut(rock);
+    rock.remove::<MeshMaterial3d<M>>();
+    assert!(have_units::<MeshMaterial3d<M>>(&mut app, None));
 }
 
 #[test]

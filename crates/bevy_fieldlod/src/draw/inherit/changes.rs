@@ -3,7 +3,7 @@
 
 use bevy::ecs::change_detection::Tick;
 use bevy::ecs::component::ComponentId;
-use bevy::ecs::lifecycle::RemovedComponents;
+use bevy::ecs::lifecycle::{RemovedComponentMessages, RemovedComponents};
 use bevy::ecs::resource::IsResource;
 use bevy::ecs::system::SystemChangeTick;
 use bevy::prelude::*;
@@ -32,12 +32,13 @@ pub(super) fn renew_units_of_changed<C: Component>(
     renew(changed.iter().chain(removed.read()).collect(), commands);
 }
 
-/// Renews the units of objects with a changed material of a game's own type.
+/// Renews the units of objects on which a material of a game's own type was changed or removed.
 ///
 /// The types are not known at compile time, so each object without a standard material is checked by component id.
 pub(super) fn renew_units_of_other_materials(
     inherited: Res<InheritedComponents>,
     others: Query<EntityRef, OtherMaterials>,
+    removed: &RemovedComponentMessages,
     ticks: SystemChangeTick,
     commands: Commands,
 ) {
@@ -50,7 +51,15 @@ pub(super) fn renew_units_of_other_materials(
         })
     };
     let changed = others.iter().filter(has_changed);
-    renew(changed.map(|entity| entity.id()).collect(), commands);
+    let mut changed: Vec<Entity> = changed.map(|entity| entity.id()).collect();
+    let materials = inherited.materials().iter();
+    for removals in materials.filter_map(|&id| removed.get(id)) {
+        // It reads the removals of the last two frames.
+        let mut cursor = removals.get_cursor();
+        let removals = cursor.read(removals).cloned().map(Entity::from);
+        changed.extend(removals.filter(|&entity| others.contains(entity)));
+    }
+    renew(changed, commands);
 }
 
 /// Renews the units of objects in a command, because copying components needs the whole world.

@@ -45,6 +45,13 @@ fn mark_occluders(
     mut scene: ResMut<LodScene>,
     new: ChangedOn<LodObject>,
     changed: ChangedOn<MeshMaterial3d<StandardMaterial>, With<LodObject>>,
+    edited: Query<
+        Entity,
+        (
+            With<LodObject>,
+            AssetChanged<MeshMaterial3d<StandardMaterial>>,
+        ),
+    >,
     objects: Query<(
         Entity,
         &LodObject,
@@ -54,6 +61,7 @@ fn mark_occluders(
 ) {
     let mut entities = new.entities();
     changed.add_to(&mut entities);
+    entities.extend(&edited);
     for (entity, object, material) in objects.iter_many(entities) {
         let material = material.and_then(|material| materials.as_ref()?.get(material));
         let is_opaque = material.is_some_and(|material| {

@@ -359,6 +359,7 @@ fn camera_without_pixels_is_ignored() {
         app.update();
         app.update();
         assert_eq!(levels(&mut app, rock, far), before.0);
+        assert_eq!(stats(&app, near[0]), FieldLodViewStats::default());
     }
 }
 

@@ -1,4 +1,4 @@
-//! Diagnostics under `field_lod/…`: sums of [`FieldLodViewStats`] over all active cameras.
+//! Diagnostics under `field_lod/…`: sums of [`FieldLodViewStats`] over all cameras.
 //!
 //! ```
 //! use bevy::diagnostic::DiagnosticsStore;
@@ -37,9 +37,8 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(Last, measure);
 }
 
-fn measure(mut diagnostics: Diagnostics, cameras: Query<(&Camera, &FieldLodViewStats)>) {
-    let active = || cameras.iter().filter(|(camera, _)| camera.is_active);
-    let sum = |value: fn(&FieldLodViewStats) -> f64| active().map(|(_, stats)| value(stats)).sum();
+fn measure(mut diagnostics: Diagnostics, cameras: Query<&FieldLodViewStats>) {
+    let sum = |value: fn(&FieldLodViewStats) -> f64| cameras.iter().map(value).sum();
     diagnostics.add_measurement(&TRIANGLES_DRAWN, || sum(|s| s.triangles_drawn as f64));
     diagnostics.add_measurement(&TRIANGLES_FULL, || sum(|s| s.triangles_full as f64));
     diagnostics.add_measurement(&UNITS_DRAWN, || sum(|s| f64::from(s.units_drawn)));

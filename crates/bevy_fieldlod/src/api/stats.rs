@@ -5,7 +5,8 @@ use std::time::Duration;
 use bevy::prelude::*;
 
 /// Statistics of a camera's last selection, over all meshes with levels of detail on its layers. They count what
-/// was selected, before frustum culling. The plugin keeps them up to date on every 3D camera.
+/// was selected, before frustum culling. The plugin keeps them up to date on every 3D camera. All are zero while the
+/// camera is inactive or has no pixels, as in a minimised window.
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
 pub struct FieldLodViewStats {

@@ -301,10 +301,11 @@ fn apply_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &mut LodSc
         scene.apply_changes(cut);
         stats.selection_time += start.elapsed();
     }
-    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
     if cut.state == ViewState::Inactive {
+        *stats = default();
         return;
     }
+    stats.error_px = cut.selector.threshold_px().unwrap_or(0.0);
     stats.triangles_full = scene.full_triangles(cut.layers);
     (stats.triangles_drawn, stats.units_drawn) = match cut.state {
         ViewState::Cut => (cut.selector.triangle_count(), cut.unit_count),

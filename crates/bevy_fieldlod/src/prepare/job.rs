@@ -134,10 +134,9 @@ async fn find_hierarchy(
             LevelSource::BakeRigged(bake) => return bake.run(&mesh),
         }
     }
-    Err(if is_rigged(&job.mesh) {
-        LodError::Rigged
-    } else {
-        LodError::BakeDisabled
+    Err(match job.place {
+        None if is_rigged(&job.mesh) => LodError::Rigged,
+        _ => LodError::BakeDisabled,
     })
 }
 

@@ -31,6 +31,7 @@ struct ChangingMesh {
     changed_at: Option<u32>,
     /// Frames that it must stay unchanged.
     wait_frames: u32,
+    /// Number of changes since it last stayed unchanged.
     changes: u32,
 }
 
@@ -56,7 +57,7 @@ impl ChangingMeshes {
         if changing.changes == MANY_CHANGES {
             let name = asset_name(assets, mesh);
             info!(
-                "{name} keeps changing; drawing the source mesh until it stays unchanged for {} \
+                "{name} changes every few frames; drawing the source mesh until it stays unchanged for {} \
                  frames",
                 changing.wait_frames
             );
@@ -82,6 +83,10 @@ impl ChangingMeshes {
             let is_stable = |&at: &u32| self.frame.wrapping_sub(at) > changing.wait_frames;
             if changing.changed_at.take_if(|at| is_stable(at)).is_some() {
                 stable.push(*id);
+                // The log names each mesh once.
+                if changing.changes < MANY_CHANGES {
+                    changing.changes = 0;
+                }
             }
         }
         stable

@@ -44,7 +44,8 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     let file = BakedFile::from_bytes_beside_source(&bytes);
     let file = file.inspect_err(|error| unusable(error)).ok()?;
     let found = source.find_hierarchy(&file, None, "the entry");
-    found.inspect_err(|error| unusable(error)).ok()
+    let found = found.inspect_err(|_| unusable(&"it does not fit the mesh"));
+    found.ok()
 }
 
 /// Writes the entry at `path` atomically, without the vertices of the source. Logs a failure; the next run then bakes

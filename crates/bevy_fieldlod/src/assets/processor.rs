@@ -141,8 +141,13 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
                 beside_source: true,
             };
             let file = outcome.file.to_bytes_with(options);
-            // `None` if the result would exceed the 4 GiB of binary glTF: the game then bakes at run time.
-            glb::with_chunk(&glb, &file).unwrap_or(glb)
+            glb::with_chunk(&glb, &file).unwrap_or_else(|| {
+                warn!(
+                    "could not add levels of detail to {path}: it is not binary glTF or would exceed 4 GiB; processing \
+                     it without levels of detail"
+                );
+                glb
+            })
         }
         Err(fault) => {
             warn!("could not bake {path}: {fault}; processing it without levels of detail");

@@ -1,6 +1,7 @@
 //! An animated character made by the program.
 
 use std::f32::consts::TAU;
+use std::ffi::OsStr;
 use std::io;
 use std::path::Path;
 
@@ -94,11 +95,15 @@ pub(crate) fn write_dancer(path: &Path) -> io::Result<()> {
     let times = parts.add_floats("SCALAR", &times);
     (parts.accessors[times]["min"], parts.accessors[times]["max"]) =
         (json!([0.0]), json!([SECONDS]));
-    let node = |name: &str, y: f32, child: Value| json!({ "name": name, "translation": [0.0, y, 0.0], "children": child });
+    let node = |name: &str, y: f32, children: Value| {
+        let translation = [0.0, y, 0.0];
+        json!({ "name": name, "translation": translation, "children": children })
+    };
     // The joints after the first turn.
     let channels = [0, 1].map(
         |index| json!({ "sampler": index, "target": { "node": index + 2, "path": "rotation" } }),
     );
+    let buffer = path.with_extension("bin");
     let document = json!({
         "asset": { "version": "2.0" },
         "scene": 0,
@@ -124,8 +129,8 @@ pub(crate) fn write_dancer(path: &Path) -> io::Result<()> {
         }] }],
         "accessors": parts.accessors,
         "bufferViews": parts.views,
-        "buffers": [{ "uri": path.with_extension("bin").file_name().map(|name| name.to_string_lossy()), "byteLength": parts.data.len() }],
+        "buffers": [{ "uri": buffer.file_name().map(OsStr::to_string_lossy), "byteLength": parts.data.len() }],
     });
-    std::fs::write(path.with_extension("bin"), parts.data)?;
+    std::fs::write(&buffer, parts.data)?;
     std::fs::write(path, document.to_string())
 }

@@ -1,5 +1,6 @@
 //! Meshes made by the program.
 
+use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -104,6 +105,7 @@ pub(crate) fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Resul
     let nodes = places
         .iter()
         .map(|place| json!({ "mesh": 0, "translation": place.to_array() }));
+    let buffer = path.with_extension("bin");
     let document = json!({
         "asset": { "version": "2.0" },
         "scene": 0,
@@ -128,8 +130,8 @@ pub(crate) fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Resul
             { "buffer": 0, "byteOffset": 12 * count, "byteLength": 12 * count },
             { "buffer": 0, "byteOffset": 24 * count, "byteLength": 4 * indices.len() },
         ],
-        "buffers": [{ "uri": path.with_extension("bin").file_name().map(|name| name.to_string_lossy()), "byteLength": data.len() }],
+        "buffers": [{ "uri": buffer.file_name().map(OsStr::to_string_lossy), "byteLength": data.len() }],
     });
-    std::fs::write(path.with_extension("bin"), data)?;
+    std::fs::write(&buffer, data)?;
     std::fs::write(path, document.to_string())
 }

@@ -129,12 +129,8 @@ impl LodScene {
         instance: &'a LodInstance,
     ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
         let whole_mesh = instance.level.map(|level| (instance.entity, level));
-        let spawned = instance
-            .units
-            .iter()
-            .filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)));
         let pieces = &instance.mesh.pieces;
-        let drawn = whole_mesh.into_iter().chain(spawned);
+        let drawn = whole_mesh.into_iter().chain(self.units_of(instance));
         drawn.map(|(entity, piece)| (entity, &pieces[piece as usize]))
     }
 }

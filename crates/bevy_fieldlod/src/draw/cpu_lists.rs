@@ -56,7 +56,7 @@ fn filter(entities: &mut Vec<Entity>, cut: &ViewCut, scene: &LodScene) {
     });
 }
 
-pub(crate) type ShadowCasters<'w, 's> = Query<
+pub(crate) type ShadowCameras<'w, 's> = Query<
     'w,
     's,
     (
@@ -73,7 +73,7 @@ fn filter_shadow_views(
     mut directional: Query<&mut CascadesVisibleEntities, With<DirectionalLight>>,
     mut point: Query<&mut CubemapVisibleEntities, With<PointLight>>,
     mut spot: Query<&mut VisibleMeshEntities, With<SpotLight>>,
-    cameras: ShadowCasters,
+    cameras: ShadowCameras,
     scene: Res<LodScene>,
 ) {
     let filter = |list: &mut VisibleMeshEntities, cut: &ViewCut| {
@@ -101,7 +101,7 @@ fn filter_shadow_views(
 
 /// The cut for the shadows of point and spot lights. The first choice is the camera with [`ShadowLodOrigin`], then a
 /// camera that draws to a window, then any camera. Bevy chooses the origin of its visibility ranges in the same order.
-pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCasters) -> Option<(Entity, &'a ViewCut)> {
+pub(crate) fn shared_shadow_cut<'a>(cameras: &'a ShadowCameras) -> Option<(Entity, &'a ViewCut)> {
     cameras
         .iter()
         .filter(|(_, camera, cut, _, _)| camera.is_active && cut.state != ViewState::Inactive)

@@ -9,7 +9,7 @@ use bevy::render::RenderApp;
 use bevy::render::sync_world::MainEntity;
 
 use crate::api::systems::FieldLodSystems;
-use crate::draw::cpu_lists::{ShadowCasters, shared_shadow_cut};
+use crate::draw::cpu_lists::{ShadowCameras, shared_shadow_cut};
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::lock;
 use crate::scene::lod_scene::LodScene;
@@ -128,7 +128,7 @@ fn note_changes(
 
 /// Records the camera whose cut is drawn into the shadow maps that all cameras share.
 fn note_shadow_view(
-    cameras: ShadowCasters,
+    cameras: ShadowCameras,
     mut shadow_view: Local<Option<Entity>>,
     changes: Res<ListChanges>,
 ) {

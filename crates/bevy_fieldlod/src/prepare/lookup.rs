@@ -419,9 +419,9 @@ impl LodMeshLookup<'_> {
             let config = request.bake.as_ref().unwrap_or(&self.config.bake);
             config.together_below_triangles
         };
-        // The default of bakes.
+        // A file may be baked with any limit.
         #[cfg(not(feature = "bake"))]
-        let most_triangles = 1 << 16;
+        let most_triangles = usize::MAX;
         let group = primitives_together(mesh, most_triangles, &self.meshes, &self.assets);
         let mut all = group.iter().flatten();
         if all.any(|(_, mesh)| kind_for(triangle_count(mesh)) != LodKind::Plain) {

@@ -143,7 +143,7 @@ fn moved_vertices_use_baked_attributes() {
 }
 
 #[test]
-fn levels_of_rigged_mesh_have_rig_of_source_vertices() {
+fn rigged_levels_have_rig_of_source_vertices() {
     let hierarchy = pyramid().whole_mesh_levels().unwrap();
     let mesh = with_rig(source_of(&hierarchy));
     let count = mesh.count_vertices();
@@ -167,7 +167,7 @@ fn levels_of_rigged_mesh_have_rig_of_source_vertices() {
 }
 
 #[test]
-fn joints_and_morph_targets_are_part_of_the_hash() {
+fn hash_includes_joints_and_morph_targets() {
     let plain = source_of(&pyramid());
     let rigged = with_rig(plain.clone());
     let mut hierarchy = pyramid();
@@ -256,7 +256,7 @@ fn rejects_file_of_another_mesh() {
 }
 
 #[test]
-fn meshes_with_unused_vertices_find_levels_of_used_ones() {
+fn meshes_with_unused_vertices_find_their_levels() {
     let hierarchy = pyramid();
     let used = SourceArrays::of(&source_of(&hierarchy)).unwrap();
     // A vertex far away before all others.

@@ -73,17 +73,12 @@ fn renew_units_of(world: &mut World, objects: &[Entity]) {
     world.resource_scope(|world, mut inherited: Mut<InheritedComponents>| {
         inherited.update(world);
         for &object in objects {
-            for unit in units_of(world.resource::<LodScene>(), object) {
+            let scene = world.resource::<LodScene>();
+            let instance = scene.instance_of(object).into_iter();
+            let units = instance.flat_map(|instance| scene.units_of(instance));
+            for (unit, _) in units.collect::<Vec<_>>() {
                 inherited.renew(world, object, unit);
             }
         }
     });
-}
-
-/// The entities that draw the units of an object.
-fn units_of(scene: &LodScene, object: Entity) -> Vec<Entity> {
-    let units = scene.instance_of(object).map(|instance| &instance.units);
-    let units = units.into_iter().flatten();
-    let spawned = units.filter_map(|&(_, record)| scene.records.entity(record));
-    spawned.collect()
 }

@@ -210,9 +210,12 @@ impl Member {
             let meshes: Vec<SourceMesh> = meshes.collect();
             let meshes: Vec<&SourceMesh> = meshes.iter().collect();
             let config = &self.all.config;
-            threads.run(|| match self.all.has_units {
-                true => bake_adjacent(&meshes, config),
-                false => bake_together(&meshes, config),
+            threads.run(|| {
+                if self.all.has_units {
+                    bake_adjacent(&meshes, config)
+                } else {
+                    bake_together(&meshes, config)
+                }
             })
         };
         self.all.baked.get_or_init(bake)[self.index].clone()

@@ -199,6 +199,12 @@ impl LodScene {
         self.instance(self.instance_of.get(&entity)?.index() as u32)
     }
 
+    /// The entities that draw the units of an instance, each with its unit.
+    pub(crate) fn units_of(&self, instance: &LodInstance) -> impl Iterator<Item = (Entity, u32)> {
+        let units = instance.units.iter();
+        units.filter_map(|&(unit, record)| Some((self.records.entity(record)?, unit)))
+    }
+
     /// The entities that are drawn as units.
     pub(crate) fn sources(&self) -> impl Iterator<Item = Entity> {
         let instances = self.instances.iter().flatten();

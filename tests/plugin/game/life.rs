@@ -16,6 +16,7 @@ fn source_is_drawn_until_levels_are_ready() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 30.0);
     let object = spawn_rock(&mut app, 6);
+    app.update();
     let mut frames_in_full = 0;
     run_until(&mut app, "the cut is drawn", |app| {
         let in_full = visible(app, camera) == [object];

@@ -67,7 +67,9 @@ impl Process for BakeIntoGlb {
             path: context.path().clone(),
             err: AssetWriterError::Io(fault),
         })?;
-        Ok(copy_of(settings))
+        // The settings are not `Clone`.
+        let copy = serde_json::to_value(settings).and_then(serde_json::from_value);
+        copy.map_err(|fault| ProcessError::AssetSaveError(fault.into()))
     }
 }
 
@@ -153,35 +155,5 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
             warn!("could not bake {path}: {fault}; processing it without levels of detail");
             glb
         }
-    }
-}
-
-/// Copies the settings, which are not `Clone`.
-fn copy_of(settings: &GltfLoaderSettings) -> GltfLoaderSettings {
-    let GltfLoaderSettings {
-        load_meshes,
-        load_materials,
-        load_cameras,
-        load_lights,
-        load_animations,
-        include_source,
-        default_sampler,
-        override_sampler,
-        validate,
-        convert_coordinates,
-        skinned_mesh_bounds_policy,
-    } = settings;
-    GltfLoaderSettings {
-        load_meshes: *load_meshes,
-        load_materials: *load_materials,
-        load_cameras: *load_cameras,
-        load_lights: *load_lights,
-        load_animations: *load_animations,
-        include_source: *include_source,
-        default_sampler: default_sampler.clone(),
-        override_sampler: *override_sampler,
-        validate: *validate,
-        convert_coordinates: *convert_coordinates,
-        skinned_mesh_bounds_policy: *skinned_mesh_bounds_policy,
     }
 }

@@ -72,9 +72,8 @@ impl Vertices {
 /// The values at these indices. Empty if the attribute is missing.
 fn values_at<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
     let of_index = |&index: &u32| values[index as usize];
-    let has_values = !values.is_empty();
-    let indices = indices.iter().filter(|_| has_values);
-    indices.map(of_index).collect()
+    let count = if values.is_empty() { 0 } else { indices.len() };
+    indices[..count].iter().map(of_index).collect()
 }
 
 /// A hash (XXH3, 64 bits) of the vertices and triangle indices of a mesh.

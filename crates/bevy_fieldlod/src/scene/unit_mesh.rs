@@ -56,14 +56,9 @@ pub(crate) struct UnitMeshes {
 
 impl UnitMeshes {
     pub(crate) fn new(mut hierarchy: Hierarchy) -> Self {
-        let count = hierarchy.source_vertex_count as usize;
-        let held = &mut hierarchy.vertices;
-        drop_first(&mut held.positions, count);
-        drop_first(&mut held.normals, count);
-        drop_first(&mut held.uvs, count);
-        drop_first(&mut held.tangents, count);
-        drop_first(&mut held.uvs_1, count);
-        drop_first(&mut held.colors, count);
+        let all = hierarchy.vertices.positions.len() as u32;
+        let moved: Vec<u32> = (hierarchy.source_vertex_count..all).collect();
+        hierarchy.vertices = hierarchy.vertices.at(&moved);
         hierarchy.groups = Vec::new();
         Self {
             hierarchy,
@@ -80,11 +75,6 @@ impl UnitMeshes {
         let unit = &self.hierarchy.units[unit as usize];
         unit_mesh(source, &self.hierarchy, first_held, unit).ok()
     }
-}
-
-fn drop_first<V>(values: &mut Vec<V>, count: usize) {
-    values.drain(..count.min(values.len()));
-    values.shrink_to_fit();
 }
 
 /// The mesh of `unit` for the GPU, with 16-bit indices. `source` is the mesh that `hierarchy` was baked from.

@@ -28,7 +28,7 @@ const FLATTENING_COST: f32 = 0.4;
 pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
 /// Number of an element's vertices that may be corners of the flattened element. The time grows with its third power.
 /// Most leaves have fewer vertices.
-const MOST_CORNERS: usize = 64;
+const MOST_CORNERS: usize = 128;
 /// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
 const MAX_FLATTENING_GROWTH: f32 = 4.0;
 

@@ -18,8 +18,6 @@ use crate::plants::curve::Curve;
 /// own. It is below 1, because large leaves look worse than a few missing leaves; [coverage](crate::plants::coverage)
 /// adds growth if needed.
 const GROWTH: f32 = 0.6;
-/// Limit for the growth in one replacement. An element without visible pixels would otherwise grow without limit.
-const MAX_GROWTH: f32 = 4.0;
 /// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned:
 /// at 0.8, crowns have 10 to 20 % more error at equal triangles.
 const FLATTENING_COST: f32 = 0.4;
@@ -29,8 +27,6 @@ pub(crate) const MAX_SMALL_ELEMENT: usize = 16;
 /// Number of an element's vertices that may be corners of the flattened element. The time grows with its third power.
 /// Most leaves have fewer vertices.
 const MOST_CORNERS: usize = 128;
-/// Limit for the growth of a flattened element. Otherwise, a thin triangle would grow far beyond the element.
-const MAX_FLATTENING_GROWTH: f32 = 4.0;
 
 impl Task<'_> {
     /// Flattens and prunes elements, down to `wanted` triangles if possible. The step that changes the fewest visible
@@ -100,7 +96,7 @@ impl Task<'_> {
         // Two sides: the element may be seen from anywhere, and a closed element stays closed.
         element.triangles = vec![[a, b, c], [a, c, b]];
         element.measure(&simplified.positions);
-        let area = (before.area * self.area_gain).min(element.area * MAX_FLATTENING_GROWTH);
+        let area = before.area * self.area_gain;
         self.fit(simplified, element, area, before.centroid, &mean);
     }
 
@@ -122,7 +118,7 @@ impl Task<'_> {
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
         // `1 - share` is the own share, so its inverse is the base of the exponent.
-        let growth = (1.0 - share).recip().powf(GROWTH).min(MAX_GROWTH);
+        let growth = (1.0 - share).recip().powf(GROWTH);
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
         element.visible_px = visible_px;

@@ -21,28 +21,12 @@ use crate::mesh::surface::Surface;
 use crate::plants::elements::MAX_SMALL_ELEMENT;
 use crate::plants::picture::{Model, Viewpoint};
 
-/// How the covered area of a level is measured.
-struct Pictures {
-    directions: usize,
-    /// Side length in pixels.
-    side: usize,
-    /// Maximum number of corrections.
-    attempts: usize,
-}
-
-/// For meshes with unknown textures or none.
-const OF_UNKNOWN_SURFACE: Pictures = Pictures {
-    directions: 6,
-    side: 160,
-    attempts: 4,
-};
-/// With 6 directions, the area of a level of 100 leaves differs by 3 % from the area in other directions. Sparse
-/// textures need more corrections.
-const OF_KNOWN_SURFACE: Pictures = Pictures {
-    directions: 12,
-    side: 112,
-    attempts: 8,
-};
+/// Number and side length of the pictures that measure the covered area. With 6 directions, the area of a level of 100
+/// leaves differs by 3 % from the area in other directions.
+const COVERAGE_VIEWS: usize = 12;
+const COVERAGE_SIDE_PX: usize = 112;
+/// Maximum number of corrections of a level of one group. Sparse textures need them.
+const MAX_ATTEMPTS: usize = 8;
 /// Number and side length of the pictures that measure how many pixels of each vertex are visible. With few pixels, the
 /// visibility of small leaves is random; the time grows with the pixels.
 const VISIBILITY_VIEWS: usize = 24;
@@ -108,7 +92,7 @@ impl Coverage {
         let mut gain = 1.0f32;
         let mut drawn = Drawn::default();
         drawn.push(&task.piece, simplified);
-        for _ in 0..pictures_of(task.vertices).attempts {
+        for _ in 0..MAX_ATTEMPTS {
             drawn.positions.clone_from(&simplified.positions);
             let covered = self.measure(&drawn, task.vertices);
             let wanted = self.wanted(covered);
@@ -154,12 +138,10 @@ impl Coverage {
     /// Number of pixels that a level covers.
     fn measure(&self, drawn: &Drawn, vertices: &LevelVertices) -> f32 {
         let (triangles, _) = drawn.corners.as_chunks();
-        let pictures = pictures_of(vertices);
-        let count = pictures.directions;
         self.with_model(drawn, vertices, |model, opacity| {
-            let views = (0..count).map(|index| Viewpoint::around(index, count));
+            let views = (0..COVERAGE_VIEWS).map(|index| Viewpoint::around(index, COVERAGE_VIEWS));
             views
-                .map(|view| model.covered(triangles, &view, pictures.side, opacity))
+                .map(|view| model.covered(triangles, &view, COVERAGE_SIDE_PX, opacity))
                 .sum()
         })
     }
@@ -224,14 +206,6 @@ impl Response {
         wanted_ratio
             .powf(power)
             .clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
-    }
-}
-
-fn pictures_of(vertices: &LevelVertices) -> Pictures {
-    if vertices.has_known_opacity() {
-        OF_KNOWN_SURFACE
-    } else {
-        OF_UNKNOWN_SURFACE
     }
 }
 

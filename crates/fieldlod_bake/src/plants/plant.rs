@@ -13,7 +13,7 @@ use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
-use crate::plants::coverage::{Coverage, Drawn, Response};
+use crate::plants::coverage::{Coverage, Drawn};
 
 /// Maximum number of times that a level is simplified again. Each time costs as much as the first. At 0, levels of
 /// cards cover 0.93 of the source's area, and those of large crowns 1.03.
@@ -49,7 +49,6 @@ pub(crate) struct PlantLevel<'a> {
     has_elements: bool,
     is_whole: bool,
     corrections: usize,
-    response: Response,
 }
 
 impl<'a> Plant<'a> {
@@ -86,7 +85,6 @@ impl<'a> Plant<'a> {
             has_elements,
             is_whole: parts.len() == 1,
             corrections: 0,
-            response: Response::default(),
         };
         if !has_elements && !self.is_plant {
             return level;
@@ -95,8 +93,7 @@ impl<'a> Plant<'a> {
         let drawn = Drawn::of(corners.copied().collect(), vertices);
         let coverage = self.coverage(vertices);
         if has_elements {
-            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
-            level.area_gain = Response::default().gain(1.0, wanted_ratio);
+            level.area_gain = coverage.wanted_ratio(&drawn, vertices);
         }
         if self.is_plant {
             level.visible_px = Some(coverage.visible_px(&drawn, vertices));
@@ -129,7 +126,7 @@ impl PlantLevel<'_> {
         let drawn = drawn_of(parts, simplified, vertices);
         let wanted_ratio = self.plant.coverage(vertices).wanted_ratio(&drawn, vertices);
         let is_off = (wanted_ratio - 1.0).abs() > AREA_TOLERANCE;
-        is_off.then(|| self.area_gain * self.response.gain(self.area_gain, wanted_ratio))
+        is_off.then(|| self.area_gain * wanted_ratio)
     }
 
     /// Corrects the covered area of a level of one group.

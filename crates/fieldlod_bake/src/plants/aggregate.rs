@@ -36,7 +36,8 @@ const MIN_AREA_KEPT: f32 = 0.5;
 /// An element that keeps at least this share of its area is not rescaled: parts of a machine must stay in place. At 0.9
 /// and 1, palms' errors change by less than 2 %.
 const RESCALE_BELOW_AREA: f32 = 0.97;
-/// Surfaces between elements keep at least this share of their triangles, even if elements need the whole budget.
+/// Surfaces between elements keep at least this share of their triangles, even if elements need the whole budget. At
+/// 0.25, eight plants have equal errors at equal triangles; at 1, crowns have 15 % more FLIP.
 const SURFACE_RATIO: f32 = 0.5;
 /// Error limit of surfaces between elements, as a share of the mean radius of the elements. At 0.25, crowns have 15 %
 /// more error at equal triangles; at 1, 5 % less, but cards 80 % more.

@@ -28,7 +28,8 @@ const COVERAGE_SIDE_PX: usize = 112;
 /// Maximum number of corrections of a level of one group. Sparse textures need them.
 const MAX_ATTEMPTS: usize = 8;
 /// Number and side length of the pictures that measure how many pixels of each vertex are visible. With few pixels, the
-/// visibility of small leaves is random; the time grows with the pixels.
+/// visibility of small leaves is random; the time grows with the pixels. With areas instead of pixels, cards have 12 %
+/// more RMSE at equal triangles.
 const VISIBILITY_VIEWS: usize = 24;
 const VISIBILITY_SIDE_PX: usize = 256;
 /// Levels aim to cover at least this share of the source's area, and at most all of it.
@@ -38,7 +39,8 @@ const TARGET_AREA: f32 = 0.98;
 const MAX_CORRECTION: f32 = 2.5;
 /// Corrections stop within this share of the wanted area. Half and twice this share make no difference to levels.
 const AREA_TOLERANCE: f32 = 0.003;
-/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad.
+/// Opacity of leaves with an unknown texture: usually a leaf is cut out of a quad. At 1, levels of leaves that cover
+/// half of their quads cover as little as 0.71 of the source, instead of 0.79 to 0.91.
 const OPACITY_OF_LEAVES: f32 = 0.5;
 /// Limit for the change of the elements' gain in one correction. At 2.5, five plants have equal levels.
 const MAX_GAIN_STEP: f32 = 1.6;

@@ -4,7 +4,8 @@ use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
 /// Number of elements that are searched in each direction along the curve. The nearest element may lie outside.
-/// At 12, levels differ by 0.3 % more from the source; at 48 by 0.2 % less.
+/// At 12, levels differ by 0.3 % more from the source; at 48 by 0.2 % less. With the truly nearest element, errors at
+/// equal triangles are 1 % larger.
 const MAX_STEPS: usize = 24;
 const NONE: u32 = u32::MAX;
 

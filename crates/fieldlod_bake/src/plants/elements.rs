@@ -19,7 +19,7 @@ use crate::plants::curve::Curve;
 /// adds growth if needed.
 const GROWTH: f32 = 0.6;
 /// Share of an element's visible pixels that change if it is flattened. With larger shares, more elements are pruned:
-/// at 0.8, crowns have 10 to 20 % more error at equal triangles.
+/// at 0.8, crowns have 10 to 20 % more error at equal triangles. Without flattening, palms have 16 % more RMSE.
 const FLATTENING_COST: f32 = 0.4;
 /// Open elements with more triangles keep the borders of the source. They may be split between groups, and each group
 /// would move its part differently. At 8 and 32, palms' errors change by less than 3 %.

@@ -15,7 +15,8 @@ pub struct BakeConfig {
     /// Number of clusters that are simplified together, 2 to 1024. Groups may have up to a third more.
     pub group_clusters: usize,
     /// Share of the triangles that a simplification keeps, above 0 and below [`stuck_ratio`](Self::stuck_ratio). Plants
-    /// with up to 65,536 vertices keep 0.6 from the second level on, so that changes between levels are less visible.
+    /// with up to 65,536 vertices keep 0.6 to 0.74 from the second level on, so that changes between levels are less
+    /// visible.
     pub simplify_ratio: f32,
     /// A group that keeps more than this share of its triangles is stuck. It is retried with other neighbours on the
     /// next level. At most 1.

@@ -70,11 +70,9 @@ impl Coverage {
         coverage
     }
 
-    /// Measures a level, and returns the wanted area divided by the covered area, within [`MAX_GAIN_STEP`]. It is the
-    /// factor for the gain of the elements.
+    /// Measures a level, and returns the wanted area divided by the covered area.
     pub(crate) fn wanted_ratio(&self, level: &Drawn, vertices: &LevelVertices) -> f32 {
-        let wanted = self.wanted(self.measure(level, vertices));
-        wanted.clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
+        self.wanted(self.measure(level, vertices))
     }
 
     /// The wanted area divided by the covered area.
@@ -181,6 +179,35 @@ impl Coverage {
             }
         };
         look(&model, &opacity)
+    }
+}
+
+/// How the covered area of a level responds to the gain of its elements.
+#[derive(Default)]
+pub(crate) struct Response {
+    /// The previous gain, and the wanted area divided by the area covered with that gain.
+    last: Option<[f32; 2]>,
+}
+
+impl Response {
+    /// Returns the factor for the next gain. The previous `gain` gave the ratio `wanted_ratio` of wanted to covered
+    /// area.
+    pub(crate) fn gain(&mut self, gain: f32, wanted_ratio: f32) -> f32 {
+        // The covered area is modelled as a power of the gain. Two measurements give the power (secant method).
+        let power = self.last.map_or(f32::NAN, |[last_gain, last_ratio]| {
+            (gain / last_gain).ln() / (last_ratio / wanted_ratio).ln()
+        });
+        self.last = Some([gain, wanted_ratio]);
+        // The first guess is quadratic, because elements are only a part of the covered area. Nearly equal ratios can
+        // give any power, so it is limited.
+        let power = if power.is_finite() {
+            power.clamp(0.5, 5.0)
+        } else {
+            2.0
+        };
+        wanted_ratio
+            .powf(power)
+            .clamp(MAX_GAIN_STEP.recip(), MAX_GAIN_STEP)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::aggregate::is_aggregate;
 use crate::plants::appearance::MAX_VERTICES;
-use crate::plants::coverage::{Coverage, Drawn};
+use crate::plants::coverage::{Coverage, Drawn, Response};
 
 /// Maximum number of times that a level is simplified again. Each time costs as much as the first. At 0, levels of
 /// cards cover 0.93 of the source's area, and those of large crowns 1.03.
@@ -21,10 +21,14 @@ const MAX_CORRECTIONS: usize = 4;
 /// A level within this share of the wanted area is not corrected. Half and twice this share change errors at equal
 /// triangles by 1 %.
 const AREA_TOLERANCE: f32 = 0.01;
-/// From the second level on, levels keep at least this share of the finer level's triangles: removed triangles are
-/// visible when levels change. At 0.5 and 0.66, errors at equal triangles change by less than 1 %. At 0.5, a camera may
-/// get twice the triangles that it needs; at 0.66, plants have a sixth more levels.
+/// From the second level on, the share of removed triangles grows at most by this factor per level: removed triangles
+/// are visible when levels change. Each level keeps a share of the finer level between the bounds below.
+const MAX_REMOVED_GROWTH: f32 = 1.25;
 const MIN_KEPT: f32 = 0.6;
+/// [`Hierarchy::whole_mesh_levels`](fieldlod_hierarchy::Hierarchy::whole_mesh_levels) skips levels that keep over 0.75.
+const MAX_KEPT: f32 = 0.74;
+/// Levels keep at most this share of `stuck_ratio`, because simplification may end slightly above its target.
+const STUCK_MARGIN: f32 = 0.9;
 
 /// Keeps the covered area of plants from level to level. Meshes without loose elements are unaffected.
 pub(crate) struct Plant<'a> {
@@ -48,6 +52,7 @@ pub(crate) struct PlantLevel<'a> {
     has_elements: bool,
     is_whole: bool,
     corrections: usize,
+    response: Response,
 }
 
 impl<'a> Plant<'a> {
@@ -84,6 +89,7 @@ impl<'a> Plant<'a> {
             has_elements,
             is_whole: parts.len() == 1,
             corrections: 0,
+            response: Response::default(),
         };
         if !has_elements && !self.is_plant {
             return level;
@@ -92,14 +98,13 @@ impl<'a> Plant<'a> {
         let drawn = Drawn::of(corners.copied().collect(), vertices);
         let coverage = self.coverage(vertices);
         if has_elements {
-            level.area_gain = coverage.wanted_ratio(&drawn, vertices);
+            let wanted_ratio = coverage.wanted_ratio(&drawn, vertices);
+            level.area_gain = Response::default().gain(1.0, wanted_ratio);
         }
         if self.is_plant {
             level.visible_px = Some(coverage.visible_px(&drawn, vertices));
-            // The first level removes the usual share.
-            if drawn.triangle_count() < self.mesh.triangle_count() {
-                level.ratio = MIN_KEPT.clamp(config.simplify_ratio, config.stuck_ratio);
-            }
+            let left = drawn.triangle_count() as f32 / self.mesh.triangle_count() as f32;
+            level.ratio = ratio_of_plant(left, config);
         }
         level
     }
@@ -125,7 +130,7 @@ impl PlantLevel<'_> {
         let drawn = drawn_of(parts, simplified, vertices);
         let wanted_ratio = self.plant.coverage(vertices).wanted_ratio(&drawn, vertices);
         let is_off = (wanted_ratio - 1.0).abs() > AREA_TOLERANCE;
-        is_off.then(|| self.area_gain * wanted_ratio)
+        is_off.then(|| self.area_gain * self.response.gain(self.area_gain, wanted_ratio))
     }
 
     /// Corrects the covered area of a level of one group.
@@ -136,6 +141,21 @@ impl PlantLevel<'_> {
             coverage.correct_area(task, simplified);
         }
     }
+}
+
+/// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
+fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
+    let removed = 1.0 - left;
+    // The first level removes the usual share: nothing can grow from zero.
+    if removed <= 0.0 {
+        return config.simplify_ratio;
+    }
+    // A larger `simplify_ratio` gives more levels; a smaller ratio has no effect here.
+    let wanted = config.simplify_ratio;
+    let most = MAX_KEPT.min(config.stuck_ratio * STUCK_MARGIN);
+    let most = most.max(wanted);
+    let least = MIN_KEPT.clamp(wanted, most);
+    ((1.0 - MAX_REMOVED_GROWTH * removed) / left).clamp(least, most)
 }
 
 /// The triangles of a level. Stuck groups are drawn unsimplified.

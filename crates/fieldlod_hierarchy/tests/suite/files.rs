@@ -52,9 +52,11 @@ fn scrambled(seed: u64) -> Hierarchy {
     normals.fill_with(|| Vec3::from_array([(); 3].map(|()| numbers())));
     let count = vertices.positions.len();
     for uvs in [&mut vertices.uvs, &mut vertices.uvs_1] {
+        uvs.clear();
         uvs.resize_with(count, || Vec2::from_array([(); 2].map(|()| numbers())));
     }
     for values in [&mut vertices.tangents, &mut vertices.colors] {
+        values.clear();
         values.resize_with(count, || Vec4::from_array([(); 4].map(|()| numbers())));
     }
     for group in &mut hierarchy.groups {

@@ -101,7 +101,8 @@ fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
     check_length(&entries, sections.len() as u64)?;
     // Sections of all primitives alternate, as they were written: the front of a file holds complete coarse cuts.
     let longest = entries.iter().map(|entry| entry.sections.len()).max();
-    let mut decoders: Vec<Decoder> = entries.into_iter().map(Decoder::new).collect();
+    let decoders = entries.into_iter().map(|entry| Decoder::new(entry, false));
+    let mut decoders: Vec<Decoder> = decoders.collect();
     let mut reader = Reader { rest: sections };
     for _ in 0..longest.unwrap_or(0) {
         for decoder in &mut decoders {

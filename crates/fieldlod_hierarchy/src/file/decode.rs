@@ -10,7 +10,7 @@ use crate::file::sections::coded::Coded;
 use crate::file::sections::section_reader;
 use crate::file::vertices::attributes;
 use crate::file::vertices::predict::Predict;
-use crate::hierarchy::{Hierarchy, NO_GROUP, Unit};
+use crate::hierarchy::Hierarchy;
 
 /// Decodes a primitive, section by section.
 pub(super) struct Decoder {
@@ -21,26 +21,21 @@ pub(super) struct Decoder {
 }
 
 impl Decoder {
-    pub(super) fn new(entry: Entry) -> Self {
+    /// `is_page` is `true` for a page of a `.fieldpages` file.
+    pub(super) fn new(entry: Entry, is_page: bool) -> Self {
         let predictors = entry.attributes.predictors(entry.grids().is_some());
-        let coded = Coded::new(
+        let mut coded = Coded::new(
             predictors.len(),
             entry.counts.source_vertices,
             entry.options.beside_source,
         );
+        coded.is_page = is_page;
         Self {
             entry,
             predictors,
             coded,
             sections_read: 0,
         }
-    }
-
-    /// Creates the decoder of a page.
-    pub(super) fn of_page(entry: Entry) -> Self {
-        let mut decoder = Self::new(entry);
-        decoder.coded.is_page = true;
-        decoder
     }
 
     /// Reads the next section of the primitive, if there is one, from the front of `reader`.
@@ -52,7 +47,7 @@ impl Decoder {
         section.check(bytes)?;
         self.sections_read += 1;
         // Only the last section has unused vertices and origins.
-        let (unused_vertices, origins) = if self.is_whole() {
+        let (unused_vertices, origins) = if self.sections_read == self.entry.sections.len() {
             (self.entry.counts.unused_vertices, self.entry.counts.origins)
         } else {
             (0, 0)
@@ -65,10 +60,6 @@ impl Decoder {
             unused_vertices as usize,
             origins as usize,
         )
-    }
-
-    fn is_whole(&self) -> bool {
-        self.sections_read == self.entry.sections.len()
     }
 
     /// Returns the validated primitive. `primitive` is its index in the file.
@@ -92,121 +83,52 @@ impl Decoder {
     }
 
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
-        let (entry, coded) = (&self.entry, &self.coded);
-        let vertex_count = coded.vertex_indices.len();
-        check_count(entry.counts.groups, coded.groups.len(), "the groups")?;
-        check_count(entry.counts.vertices, vertex_count, "the vertex order")?;
-        let rows_of_vertices = inverse(&coded.vertex_indices)?;
-        let vertices = attributes::from_rows(
-            &coded.rows,
-            entry.attributes,
-            entry.grids(),
-            &rows_of_vertices,
-        );
+        let (entry, coded, counts) = (&self.entry, &self.coded, self.entry.counts);
+        let rows = inverse(&coded.vertex_indices, counts.vertices, "the vertex order")?;
         // Sections hold coarse groups first; a hierarchy holds finer groups first.
-        let order = group_order(coded)?;
-        let indices = order
-            .iter()
-            .map(|&place| coded.group_indices[place as usize]);
-        let mut builder = Builder {
-            coded,
-            indices: indices.collect(),
-            hierarchy: Hierarchy {
-                source: entry.source,
-                vertices,
-                source_vertex_count: entry.counts.source_vertices,
-                moved_from: coded.moved_from.clone(),
-                carrier_joint: entry.carrier_joint,
-                ..Hierarchy::default()
-            },
+        let order = inverse(&coded.group_indices, counts.groups, "the groups")?;
+        let mut hierarchy = Hierarchy {
+            source: entry.source,
+            vertices: attributes::from_rows(&coded.rows, entry.attributes, entry.grids(), &rows),
+            source_vertex_count: counts.source_vertices,
+            moved_from: coded.moved_from.clone(),
+            carrier_joint: entry.carrier_joint,
+            groups: Vec::with_capacity(coded.groups.len()),
+            finer: Vec::with_capacity(coded.finer.len()),
+            units: Vec::with_capacity(coded.units.len()),
+            unit_vertices: Vec::with_capacity(coded.unit_vertices.len()),
+            indices: Vec::with_capacity(coded.indices.len()),
         };
-        builder.reserve();
-        for place in order {
-            builder.add_group(place as usize);
+        for row in order {
+            let group = coded.groups[row as usize - 1];
+            for unit in &coded.units[group.units()] {
+                let vertices = coded.unit_vertices[unit.vertices()].iter();
+                let Range { start, end } = unit.triangles();
+                hierarchy.push_unit(
+                    unit.produced_by,
+                    unit.aabb,
+                    vertices.map(|&code| coded.vertex_indices[code as usize]),
+                    coded.indices[start * 3..end * 3].iter().copied(),
+                );
+            }
+            hierarchy.push_group(group, coded.finer[group.finer()].iter().copied());
         }
-        Ok(builder.hierarchy)
+        Ok(hierarchy)
     }
 }
 
-fn check_count(expected: u32, found: usize, what: &'static str) -> Result<(), FileError> {
-    if expected as usize == found {
-        Ok(())
-    } else {
-        Err(FileError::Corrupt { what })
-    }
-}
-
-/// The row of each vertex of the hierarchy. Row 0 belongs to no vertex.
-fn inverse(vertex_indices: &[u32]) -> Result<Vec<u32>, FileError> {
-    let what = "the vertex order";
-    let mut rows = vec![0; vertex_indices.len()];
-    for (code, &vertex) in vertex_indices.iter().enumerate() {
-        match rows.get_mut(vertex as usize) {
-            Some(row) if *row == 0 => *row = code as u32 + 1,
+/// The row of each index: its position in `indices`, plus 1. Fails unless `indices` is a permutation of `0..count`.
+fn inverse(indices: &[u32], count: u32, what: &'static str) -> Result<Vec<u32>, FileError> {
+    let mut rows = vec![0; indices.len()];
+    for (row, &index) in (1..).zip(indices) {
+        match rows.get_mut(index as usize) {
+            Some(place) if *place == 0 => *place = row,
             _ => return Err(FileError::Corrupt { what }),
         }
     }
-    Ok(rows)
-}
-
-/// Positions of the groups in `coded`, in the order of the hierarchy.
-fn group_order(coded: &Coded) -> Result<Vec<u32>, FileError> {
-    let indices = &coded.group_indices;
-    let mut order: Vec<u32> = (0..indices.len() as u32).collect();
-    order.sort_unstable_by_key(|&place| indices[place as usize]);
-    let is_equal = |pair: &[u32]| indices[pair[0] as usize] == indices[pair[1] as usize];
-    if order.windows(2).any(is_equal) {
-        let what = "the groups";
-        return Err(FileError::Corrupt { what });
+    if rows.len() == count as usize {
+        Ok(rows)
+    } else {
+        Err(FileError::Corrupt { what })
     }
-    Ok(order)
-}
-
-struct Builder<'a> {
-    coded: &'a Coded,
-    /// Indices of the groups in the encoded hierarchy, ascending.
-    indices: Vec<u32>,
-    hierarchy: Hierarchy,
-}
-
-impl Builder<'_> {
-    fn reserve(&mut self) {
-        let (from, to) = (self.coded, &mut self.hierarchy);
-        to.groups.reserve_exact(from.groups.len());
-        to.finer.reserve_exact(from.finer.len());
-        to.units.reserve_exact(from.units.len());
-        to.unit_vertices.reserve_exact(from.unit_vertices.len());
-        to.indices.reserve_exact(from.indices.len());
-    }
-
-    /// Adds a group of `coded`.
-    fn add_group(&mut self, index: usize) {
-        let coded = self.coded;
-        let group = coded.groups[index];
-        for unit in &coded.units[group.units()] {
-            self.add_unit(unit);
-        }
-        let links = coded.finer[group.finer()].iter();
-        // A malformed file may link to groups that do not exist.
-        let read = links.filter_map(|&finer| position(&self.indices, finer));
-        self.hierarchy.push_group(group, read);
-    }
-
-    fn add_unit(&mut self, unit: &Unit) {
-        let coded = self.coded;
-        let vertices = coded.unit_vertices[unit.vertices()].iter();
-        let Range { start, end } = unit.triangles();
-        self.hierarchy.push_unit(
-            position(&self.indices, unit.produced_by).unwrap_or(NO_GROUP),
-            unit.aabb,
-            vertices.map(|&code| coded.vertex_indices[code as usize]),
-            coded.indices[start * 3..end * 3].iter().copied(),
-        );
-    }
-}
-
-/// Position of a group index in the sorted `indices`.
-fn position(indices: &[u32], index: u32) -> Option<u32> {
-    let place = indices.binary_search(&index).ok()?;
-    Some(place as u32)
 }

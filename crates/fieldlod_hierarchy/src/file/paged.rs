@@ -188,7 +188,7 @@ impl PagedMesh {
         if bytes.len() as u64 != entry.sections[0].length {
             return Err(FileError::Checksum);
         }
-        let mut decoder = Decoder::of_page(entry);
+        let mut decoder = Decoder::new(entry, true);
         decoder.read_section(&mut Reader { rest: bytes })?;
         let read = decoder.finish(0)?.hierarchy;
         self.check_page(page, &read)?;

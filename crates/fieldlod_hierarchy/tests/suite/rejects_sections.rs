@@ -1,11 +1,14 @@
 //! One case for each fault of a section whose checksum matches.
 
-use fieldlod_hierarchy::{BakedFile, FileError};
+use fieldlod_hierarchy::{BakedFile, FileError, InvalidHierarchy};
 
 use crate::common::{Directory, sealed, strip_file};
 
 // Offsets in the first section of the strip: a group and its unit of 4 vertices and 2 triangles.
 const GROUP_INDEX: usize = 4;
+const FINER_COUNT: usize = GROUP_INDEX + 5 + 12 * 5;
+const FINER: usize = GROUP_INDEX + 5 + 15 * 5;
+const PRODUCED_BY: usize = FINER + 5 + 7 * 5;
 const VERTEX_LIST: usize = GROUP_INDEX + 5 + (15 + 1 + 12) * 5;
 const EDGES: usize = VERTEX_LIST + 5;
 const CORNERS: usize = EDGES + 3 + 4;
@@ -36,6 +39,8 @@ rejects! {
     "unknown coding": "the groups", 0, GROUP_INDEX, [0, 2] => [9, 2];
     "corrupt packed numbers": "the groups", 0, GROUP_INDEX, [0, 2] => [8, 2];
     "groups with equal indices": "the groups", 2, GROUP_INDEX, [0, 0] => [0, 2];
+    "group index beyond the groups": "the groups", 0, GROUP_INDEX, [0, 2] => [0, 4];
+    "producer that does not exist": "the units", 2, PRODUCED_BY, [0, 0] => [0, 1];
     "later vertex": "the vertex lists", 0, VERTEX_LIST, [0, 0] => [0, 1];
     "vertices with equal indices":
         "the vertex order", 0, VERTEX_ORDER, [1, 0, 8, 2, 8] => [1, 0, 8, 8, 8];
@@ -51,4 +56,19 @@ rejects! {
     "corner 4 of 4": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 8, 1];
     "corner 3 after 1": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 6, 1];
     "corner before 0": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 1, 1];
+}
+
+#[test]
+fn rejects_links_to_groups_that_do_not_exist() {
+    let mut bytes = strip_file().to_bytes();
+    let start = Directory::of(&bytes).sections[2].bytes.start;
+    // The group of source geometry gets a finer group.
+    bytes[start + FINER_COUNT..][..2].copy_from_slice(&[0, 1]);
+    bytes[start + FINER..][..2].copy_from_slice(&[0, 7]);
+    let fault = BakedFile::from_bytes(&sealed(bytes)).unwrap_err();
+    let is_expected = |fault: &_| matches!(fault, InvalidHierarchy::DanglingReference { .. });
+    assert!(
+        matches!(&fault, FileError::Invalid { fault, .. } if is_expected(fault)),
+        "{fault}"
+    );
 }

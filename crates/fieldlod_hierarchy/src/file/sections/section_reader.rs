@@ -116,8 +116,7 @@ impl SectionReader<'_> {
     fn read_finer(&mut self, count: usize) -> Result<(), FileError> {
         // Links are coded as distances to their group.
         let differences = numbers::read(&mut self.reader, count, "the finer groups")?;
-        // Malformed differences wrap to wrong indices. Validation rejects wrong links. `decode` drops links to
-        // groups that do not exist.
+        // Malformed differences wrap to wrong indices. Validation rejects wrong links.
         let mut left = differences.into_iter();
         let mut finer = Vec::with_capacity(count);
         for (group, index) in self.coded.groups_since(self.from.groups) {
@@ -150,16 +149,17 @@ impl SectionReader<'_> {
 
     /// Restores the consumer and the producer of each unit.
     fn restore_units(&mut self) -> Result<(), FileError> {
+        const CORRUPT: FileError = FileError::Corrupt { what: "the units" };
         let coded = &mut *self.coded;
         let mut units_left = coded.units[self.from.units..].iter_mut();
         let groups = coded.groups[self.from.groups..].iter();
         for (group, &index) in groups.zip(&coded.group_indices[self.from.groups..]) {
             for _ in 0..group.unit_count {
-                let next = units_left.next();
-                let unit = next.ok_or(FileError::Corrupt { what: "the units" })?;
+                let unit = units_left.next().ok_or(CORRUPT)?;
                 unit.produced_by = match unit.produced_by {
                     0 => NO_GROUP,
-                    difference => index.wrapping_sub(difference),
+                    // A wrapped index could equal `NO_GROUP`.
+                    difference => index.checked_sub(difference).ok_or(CORRUPT)?,
                 };
                 unit.consumed_by = index;
             }

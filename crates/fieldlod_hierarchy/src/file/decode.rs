@@ -66,7 +66,7 @@ impl Decoder {
     pub(super) fn finish(mut self, primitive: usize) -> Result<BakedPrimitive, FileError> {
         self.coded.restore_starts();
         let mut hierarchy = self.hierarchy()?;
-        let valid = if self.entry.options.beside_source {
+        let valid = if self.entry.options.beside_source && hierarchy.source_vertex_count > 0 {
             hierarchy = hierarchy.without_source_vertices();
             hierarchy.validate_without_positions()
         } else {

@@ -136,3 +136,18 @@ fn rejects_broken_graphs_without_their_source() {
     let fault = BakedFile::from_bytes_beside_source(&sealed(bytes)).unwrap_err();
     assert!(matches!(fault, FileError::Invalid { .. }), "{fault}");
 }
+
+#[test]
+fn rejects_bad_positions_without_source_vertices() {
+    let mut hierarchy = Hierarchy::default();
+    hierarchy.vertices.positions.push(Vec3::ZERO);
+    let bytes = bytes_of(&hierarchy, LOSSLESS);
+    for at in Directory::of(&bytes).sections[0].bytes.clone() {
+        let mut bytes = bytes.clone();
+        bytes[at] = 0xff;
+        // The highest byte of a coordinate makes it infinite. An accepted file can be written.
+        if let Ok(file) = BakedFile::from_bytes(&sealed(bytes)) {
+            let _ = file.to_bytes();
+        }
+    }
+}

@@ -4,7 +4,7 @@
 //! magic "FLDLOD\r\n" | version u32 | primitive count u32
 //! | directory bytes u64 | XXH3 of directory u64, seed: primitive count
 //! directory: per primitive  indices, name, source hash, attributes, precision, flags, carrier joint,
-//!            grids and position error if quantized, counts,
+//!            grids if quantized, position error if quantized or flagged, counts,
 //!            and length u64 and XXH3 u64 of each section
 //! sections:  the first of every primitive, the second of every primitive, …
 //! ```

@@ -42,7 +42,7 @@ pub struct BakedPrimitive {
     /// The levels of detail.
     pub hierarchy: Hierarchy,
     /// Largest distance between a stored position and the baked position, in local units. 0 unless the
-    /// file was written with [`Precision::Quantized16`]. Vertices that are read from the source mesh
+    /// vertices were written with [`Precision::Quantized16`]. Vertices that are read from the source mesh
     /// are exact.
     pub position_error_in_local: f32,
 }

@@ -16,6 +16,8 @@ const WHAT: &str = "the directory";
 const BESIDE_SOURCE: u8 = 1;
 /// Flag of an entry: the index of the carrier joint follows.
 const HAS_CARRIER_JOINT: u8 = 2;
+/// Flag of a lossless entry: the position error follows, because the file was written from a quantized one.
+const HAS_POSITION_ERROR: u8 = 4;
 
 /// The directory entry of a primitive.
 #[derive(Clone, Debug)]
@@ -78,7 +80,9 @@ impl Entry {
 
     fn flags(&self) -> u8 {
         let beside_source = u8::from(self.options.beside_source) * BESIDE_SOURCE;
-        beside_source | (u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT)
+        let carrier_joint = u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT;
+        let is_lossless_with_error = self.grids().is_none() && self.position_error_in_local != 0.0;
+        beside_source | carrier_joint | (u8::from(is_lossless_with_error) * HAS_POSITION_ERROR)
     }
 
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
@@ -97,6 +101,8 @@ impl Entry {
         }
         if let Some(grids) = self.grids() {
             bytes.extend_from_slice(bytemuck::bytes_of(grids));
+        }
+        if self.grids().is_some() || self.position_error_in_local != 0.0 {
             bytes.extend_from_slice(&self.position_error_in_local.to_le_bytes());
         }
         // Counts and sections.
@@ -117,7 +123,7 @@ impl Entry {
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
         let is_quantized = read_flag(reader)?;
         let flags: u8 = reader.value(WHAT)?;
-        if flags & !(BESIDE_SOURCE | HAS_CARRIER_JOINT) != 0 {
+        if flags & !(BESIDE_SOURCE | HAS_CARRIER_JOINT | HAS_POSITION_ERROR) != 0 {
             return Err(FileError::Corrupt { what: WHAT });
         }
         let carrier_joint = match flags & HAS_CARRIER_JOINT {
@@ -129,6 +135,8 @@ impl Entry {
         if is_quantized {
             precision = Precision::Quantized16;
             grids = reader.value(WHAT)?;
+        }
+        if is_quantized || flags & HAS_POSITION_ERROR != 0 {
             position_error_in_local = reader.value(WHAT)?;
         }
         // Counts and sections.
@@ -148,7 +156,7 @@ impl Entry {
             counts: reader.value(WHAT)?,
             sections: read_sections(reader)?,
         };
-        if entry.grids.are_usable() && position_error_in_local >= 0.0 {
+        if entry.grids.are_usable() && (0.0..f32::INFINITY).contains(&position_error_in_local) {
             Ok(entry)
         } else {
             Err(FileError::Corrupt { what: WHAT })

@@ -145,6 +145,14 @@ fn quantized_attributes_are_within_documented_bounds() {
 }
 
 #[test]
+fn lossless_files_keep_the_position_error() {
+    let bytes = bytes_of(&fixtures::grid_pyramid(1), Precision::Quantized16);
+    let read = BakedFile::from_bytes(&bytes).unwrap();
+    assert!(read.primitives[0].position_error_in_local > 0.0);
+    assert!(BakedFile::from_bytes(&read.to_bytes()) == Ok(read));
+}
+
+#[test]
 fn quantized_directions_are_exact_on_axes() {
     let mut hierarchy = fixtures::two_level_strip();
     let mut normals = vec![

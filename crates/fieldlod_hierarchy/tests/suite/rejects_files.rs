@@ -114,6 +114,7 @@ fn rejects_broken_directories_with_matching_checksums() {
         "unknown flag": exact, ATTRIBUTES + 2, [0xff] => Corrupt { what: "the directory" },
         "grid that is not finite": quantized, GRIDS, f64::NAN.to_le_bytes() => Corrupt { what: "the directory" },
         "NaN error": quantized, POSITION_ERROR, f32::NAN.to_le_bytes() => Corrupt { what: "the directory" },
+        "infinite error": quantized, POSITION_ERROR, f32::INFINITY.to_le_bytes() => Corrupt { what: "the directory" },
         "negative error": quantized, POSITION_ERROR, (-1.0f32).to_le_bytes() => Corrupt { what: "the directory" },
         "more groups": exact, ATTRIBUTES + 3, [3] => Corrupt { what: "the groups" },
         "more vertices": exact, ATTRIBUTES + 7, [7] => Corrupt { what: "the vertex order" },

@@ -109,8 +109,7 @@ fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
             decoder.read_section(&mut reader)?;
         }
     }
-    let numbered = decoders.into_iter().enumerate();
-    let primitives = numbered.map(|(index, decoder)| decoder.finish(index));
+    let primitives = decoders.into_iter().map(Decoder::finish);
     Ok(BakedFile {
         primitives: primitives.collect::<Result<_, _>>()?,
     })

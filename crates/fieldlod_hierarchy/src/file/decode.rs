@@ -62,8 +62,8 @@ impl Decoder {
         )
     }
 
-    /// Returns the validated primitive. `primitive` is its index in the file.
-    pub(super) fn finish(mut self, primitive: usize) -> Result<BakedPrimitive, FileError> {
+    /// Returns the validated primitive.
+    pub(super) fn finish(mut self) -> Result<BakedPrimitive, FileError> {
         self.coded.restore_starts();
         let mut hierarchy = self.hierarchy()?;
         let valid = if self.entry.options.beside_source && hierarchy.source_vertex_count > 0 {
@@ -72,6 +72,7 @@ impl Decoder {
         } else {
             hierarchy.validate()
         };
+        let primitive = self.entry.number;
         valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
         Ok(BakedPrimitive {
             mesh_index: self.entry.mesh_index,

@@ -85,6 +85,7 @@ impl Prepared<'_> {
         let hierarchy = self.hierarchy();
         let moved_by = self.rounded.as_ref().map_or(0.0, |(_, moved_by)| *moved_by);
         Entry {
+            number: 0,
             mesh_index: primitive.mesh_index,
             primitive_index: primitive.primitive_index,
             name: primitive.name.clone(),

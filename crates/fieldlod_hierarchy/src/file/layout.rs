@@ -22,6 +22,8 @@ const HAS_POSITION_ERROR: u8 = 4;
 /// The directory entry of a primitive.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
+    /// Index in the file that was read.
+    pub(super) number: usize,
     pub(super) mesh_index: u32,
     pub(super) primitive_index: u32,
     pub(super) name: String,
@@ -49,7 +51,7 @@ pub(super) struct Counts {
 }
 
 /// Length and checksum of a section.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct SectionEntry {
     pub(super) length: u64,
@@ -141,6 +143,7 @@ impl Entry {
         }
         // Counts and sections.
         let entry = Self {
+            number: primitive,
             mesh_index,
             primitive_index,
             name,

@@ -20,7 +20,7 @@ use super::contents::BakedFile;
 use super::decode::Decoder;
 use super::error::FileError;
 use super::in_file_order;
-use super::layout::{self, Counts, Entry};
+use super::layout::{self, Counts, Entry, SectionEntry};
 use super::reader::Reader;
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
@@ -70,6 +70,7 @@ pub struct PagedMesh {
     groups: Vec<u32>,
     /// The page of each group.
     page_of: Vec<u32>,
+    /// After reading, without name and sections.
     entry: Entry,
 }
 
@@ -83,6 +84,7 @@ pub struct Page {
     /// Range in `PagedMesh::groups`.
     groups: Range<u32>,
     vertex_count: u32,
+    section: SectionEntry,
 }
 
 impl PagedFile {
@@ -183,14 +185,13 @@ impl PagedMesh {
     /// # Errors
     /// A [`FileError`] if the bytes are not this page.
     pub fn read_page(&self, page: usize, bytes: &[u8]) -> Result<Hierarchy, FileError> {
-        let entry = self.entry_of(page);
         // The decoder would ignore bytes after the page.
-        if bytes.len() as u64 != entry.sections[0].length {
+        if bytes.len() as u64 != self.pages[page].section.length {
             return Err(FileError::Checksum);
         }
-        let mut decoder = Decoder::new(entry, true);
+        let mut decoder = Decoder::new(self.entry_of(page), true);
         decoder.read_section(&mut Reader { rest: bytes })?;
-        let read = decoder.finish(0)?.hierarchy;
+        let read = decoder.finish()?.hierarchy;
         self.check_page(page, &read)?;
         Ok(read)
     }
@@ -200,10 +201,10 @@ impl PagedMesh {
         let Page {
             groups,
             vertex_count,
+            section,
             ..
         } = &self.pages[page];
         Entry {
-            name: String::new(),
             counts: Counts {
                 groups: groups.end - groups.start,
                 vertices: *vertex_count,
@@ -211,7 +212,7 @@ impl PagedMesh {
                 origins: 0,
                 unused_vertices: 0,
             },
-            sections: vec![self.entry.sections[page]],
+            sections: vec![*section],
             ..self.entry.clone()
         }
     }

@@ -24,6 +24,15 @@ impl<'a> Reader<'a> {
         Ok(taken)
     }
 
+    /// Checks that only the zeros are left that a writer pads with, see `MAX_PER_BYTE`.
+    pub(super) fn end(&self, what: &'static str) -> Result<(), FileError> {
+        if self.rest.iter().all(|&byte| byte == 0) {
+            Ok(())
+        } else {
+            Err(FileError::Corrupt { what })
+        }
+    }
+
     pub(super) fn value<T: Pod>(&mut self, what: &'static str) -> Result<T, FileError> {
         let bytes = self.take(what, size_of::<T>() as u64)?;
         Ok(bytemuck::pod_read_unaligned(bytes))

@@ -166,6 +166,53 @@ fn rejects_broken_tables() {
     assert_eq!(other, Err(FileError::Checksum));
 }
 
+/// Offset of the last occurrence of `part`.
+fn last(bytes: &[u8], part: &[u8]) -> usize {
+    bytes
+        .windows(part.len())
+        .rposition(|window| window == part)
+        .unwrap()
+}
+
+#[test]
+fn rejects_bytes_after_a_table_and_other_first_pages() {
+    // One page per group: group 1 is terminal. The last column of the table lists the groups by page.
+    let options = PageOptions {
+        page_bytes: 1,
+        ..small_pages(Precision::Lossless)
+    };
+    let bytes = PagedFile::to_bytes(&file_of(fixtures::two_level_strip()), options);
+    let end = PagedFile::contents_end(&bytes).unwrap() as usize;
+    let groups = last(&bytes[..end], &[1, 1, 0]);
+    let fault_with = |at: usize, new: &[u8]| {
+        let mut bytes = bytes.clone();
+        bytes[at..at + new.len()].copy_from_slice(new);
+        seal(&mut bytes, end);
+        PagedFile::from_contents(&bytes).unwrap_err()
+    };
+    let fault = fault_with(groups, &[1, 0, 1]);
+    assert_eq!(fault, FileError::Corrupt { what: "the pages" });
+    let mut longer = bytes.clone();
+    longer.splice(end..end, [0, 7]);
+    let rest = (end - groups - 3) as u64;
+    assert_eq!(rest, 0, "the table is not padded");
+    let table = (end - 32) as u64 + 2;
+    longer[16..24].copy_from_slice(&table.to_le_bytes());
+    // The length of the rest follows the entries of two pages.
+    let length = 32 + 12 + 8 + 3 + 20 + 4 + 2 * 16;
+    let old = u64::from_le_bytes(longer[length..length + 8].try_into().unwrap());
+    assert_eq!(length + 8 + old as usize, end);
+    longer[length..length + 8].copy_from_slice(&(old + 2).to_le_bytes());
+    seal(&mut longer, end + 2);
+    let fault = PagedFile::from_contents(&longer).unwrap_err();
+    assert_eq!(
+        fault,
+        FileError::Corrupt {
+            what: "the table of contents"
+        }
+    );
+}
+
 proptest! {
     /// A malformed table with a matching checksum gives errors, but no panic.
     #[test]

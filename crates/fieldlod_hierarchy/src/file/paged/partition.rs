@@ -40,7 +40,7 @@ pub(super) fn encode(
         .into_iter()
         .map(|range| encode_page(&prepared, &groups, range, vertex_bytes))
         .unzip();
-    let entries = sections.iter().map(|section| SectionEntry::of(section));
+    let entries = pages.iter().map(|page| page.section);
     let entry = prepared.entry(primitive, entries.collect());
     (
         PagedMesh {
@@ -154,6 +154,7 @@ fn encode_page(
                 .sum::<u64>() as u32,
             groups: range,
             vertex_count: page.vertices.positions.len() as u32,
+            section: SectionEntry::of(&section),
         },
         section,
     )

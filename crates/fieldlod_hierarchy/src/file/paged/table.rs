@@ -1,10 +1,11 @@
 //! The table of contents of a `.fieldpages` file.
 
+use std::mem::take;
 use std::ops::Range;
 
 use super::{Page, PagedMesh};
 use crate::file::error::FileError;
-use crate::file::layout::{self, Entry, Header};
+use crate::file::layout::{self, Entry, Header, SectionEntry};
 use crate::file::reader::Reader;
 use crate::file::sections::coded::{Coded, MAX_PER_BYTE};
 use crate::file::sections::numbers::{self, Kind};
@@ -70,7 +71,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
         let entry = Entry::read(&mut reader, number)?;
         let length: u64 = reader.value(WHAT)?;
         let rest = reader.take(WHAT, length)?;
-        meshes.push(read_mesh(entry, rest, number)?);
+        meshes.push(read_mesh(entry, rest)?);
     }
     match reader.rest.len() as u64 {
         0 => Ok(meshes),
@@ -78,20 +79,30 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
     }
 }
 
-fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, FileError> {
+fn read_mesh(mut entry: Entry, bytes: &[u8]) -> Result<PagedMesh, FileError> {
     if entry.options.beside_source {
-        return Err(FileError::SourceVerticesLeftOut { primitive: number });
+        return Err(FileError::SourceVerticesLeftOut {
+            primitive: entry.number,
+        });
     }
     let mut reader = Reader { rest: bytes };
-    let graph = read_graph(&mut reader, &entry, number)?;
-    let pages = read_pages(&mut reader, &entry)?;
+    let graph = read_graph(&mut reader, &entry)?;
+    // Reading a page copies the entry, which must then be small.
+    let (name, sections) = (take(&mut entry.name), take(&mut entry.sections));
+    let pages = read_pages(&mut reader, sections)?;
     let groups = numbers::read(&mut reader, graph.groups.len(), WHAT)?;
+    reader.end(WHAT)?;
     // Fails unless each group is in exactly one page: indexing by group or by page would panic later.
     let page_of = pages_of_groups(&pages, &groups)?;
+    // Coarse geometry is drawn as soon as the first page is resident.
+    let mut pairs = graph.groups.iter().zip(&page_of);
+    if pairs.any(|(group, page)| group.is_terminal() != (*page == 0)) {
+        return Err(FileError::Corrupt { what: "the pages" });
+    }
     Ok(PagedMesh {
         mesh_index: entry.mesh_index,
         primitive_index: entry.primitive_index,
-        name: entry.name.clone(),
+        name,
         graph,
         pages,
         groups,
@@ -100,11 +111,7 @@ fn read_mesh(entry: Entry, bytes: &[u8], number: usize) -> Result<PagedMesh, Fil
     })
 }
 
-fn read_graph(
-    reader: &mut Reader<'_>,
-    entry: &Entry,
-    number: usize,
-) -> Result<Hierarchy, FileError> {
+fn read_graph(reader: &mut Reader<'_>, entry: &Entry) -> Result<Hierarchy, FileError> {
     let mut coded = Coded::default();
     section_reader::read_graph(reader, &mut coded)?;
     let in_order = (0..)
@@ -128,25 +135,29 @@ fn read_graph(
     };
     let checked = graph.validate_graph();
     checked.map_err(|fault| FileError::Invalid {
-        primitive: number,
+        primitive: entry.number,
         fault,
     })?;
     Ok(graph)
 }
 
 /// Reads pages with the byte ranges `0..length`.
-fn read_pages(reader: &mut Reader<'_>, entry: &Entry) -> Result<Vec<Page>, FileError> {
-    let count = entry.sections.len();
+fn read_pages(
+    reader: &mut Reader<'_>,
+    sections: Vec<SectionEntry>,
+) -> Result<Vec<Page>, FileError> {
+    let count = sections.len();
     let mut column = || numbers::read(reader, count, WHAT);
     let (group_counts, vertex_counts, mesh_bytes) = (column()?, column()?, column()?);
     let mut first = 0u32;
     let mut pages = Vec::with_capacity(count);
-    for (page, section) in entry.sections.iter().enumerate() {
+    for (page, section) in sections.into_iter().enumerate() {
         let end = first.checked_add(group_counts[page]);
         let groups: Range<u32> = first..end.ok_or(FileError::Corrupt { what: "the pages" })?;
         first = groups.end;
         pages.push(Page {
             bytes: 0..section.length,
+            section,
             mesh_bytes: mesh_bytes[page],
             vertex_count: vertex_counts[page],
             groups,

@@ -56,14 +56,7 @@ pub(crate) fn read(
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);
-    // The writer pads sections with zeros, see `MAX_PER_BYTE`.
-    if section.reader.rest.iter().all(|&byte| byte == 0) {
-        Ok(())
-    } else {
-        Err(FileError::Corrupt {
-            what: "the end of a section",
-        })
-    }
+    section.reader.end("the end of a section")
 }
 
 struct SectionReader<'a> {

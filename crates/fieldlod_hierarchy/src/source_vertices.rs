@@ -13,8 +13,11 @@ impl Hierarchy {
     /// until [`with_source_vertices`](Self::with_source_vertices) adds them.
     #[must_use]
     pub fn lacks_source_vertices(&self) -> bool {
-        let first = self.vertices.positions.first();
-        self.source_vertex_count > 0 && first.is_some_and(|position| position.is_nan())
+        let source = self
+            .vertices
+            .positions
+            .get(..self.source_vertex_count as usize);
+        source.is_some_and(|source| !source.is_empty() && source.iter().all(|p| p.is_nan()))
     }
 
     /// Adds missing source vertices. `source` holds the vertices of the mesh with the hash
@@ -104,7 +107,8 @@ impl Vertices {
 
 /// Moves the values of used vertices to their indices in `all`, and appends those of moved vertices.
 fn spread<V: Copy>(values: &mut Vec<V>, used: &[u32], mut all: Vec<V>) {
-    if values.is_empty() {
+    // The attribute is missing.
+    if values.len() < used.len() {
         return;
     }
     for (&place, &value) in used.iter().zip(values.iter()) {

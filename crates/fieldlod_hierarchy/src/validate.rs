@@ -41,7 +41,7 @@ pub enum InvalidHierarchy {
     PositionNotFinite { vertex: usize },
     /// Ranges have gaps, overlap, or do not cover the array.
     #[error(
-        "the {what} of {owner} {index} do not follow the previous ones, or do not end with the list"
+        "the {what} of the first {index} {owner}s do not end where the next ones begin, or where the list ends"
     )]
     BrokenRange {
         what: &'static str,

@@ -102,7 +102,7 @@ fn check_tiling<T>(
     if next == end as u64 {
         return Ok(());
     }
-    Err(broken_range(what, owner, owners.len().saturating_sub(1)))
+    Err(broken_range(what, owner, owners.len()))
 }
 
 fn broken_range(what: &'static str, owner: &'static str, index: usize) -> E {

@@ -27,6 +27,7 @@ rejects! {
     |h| h.vertices.tangents.push(Vec4::X) => Fault::AttributeCount { count: 1, .. },
     |h| h.vertices.uvs_1.push(Vec2::ZERO) => Fault::AttributeCount { count: 1, .. },
     |h| h.vertices.colors.push(Vec4::ONE) => Fault::AttributeCount { count: 1, .. },
+    |h| h.vertices.positions[0].z = f32::NAN => Fault::PositionNotFinite { vertex: 0 },
     |h| h.vertices.positions[2].z = f32::NAN => Fault::PositionNotFinite { vertex: 2 },
     |h| h.groups[1].first_unit = 0 => Fault::BrokenRange { what: "units", .. },
     |h| h.groups[0].unit_count = 9 => Fault::BrokenRange { what: "units", .. },
@@ -34,7 +35,8 @@ rejects! {
     |h| h.units[1].first_vertex = 5 => Fault::BrokenRange { what: "vertices", .. },
     |h| h.units[1].vertex_count = u32::MAX => Fault::BrokenRange { what: "vertices", .. },
     |h| h.units[0].triangle_count = 3 => Fault::BrokenRange { what: "triangles", .. },
-    |h| h.indices.truncate(17) => Fault::BrokenRange { what: "triangles", .. },
+    |h| h.indices.truncate(17) => Fault::BrokenRange { what: "triangles", index: 2, .. },
+    |h| h.indices.extend([0; 3]) => Fault::BrokenRange { what: "triangles", index: 2, .. },
     |h| h.groups[0].level = 1 => Fault::BadLevel { group: 0, expected: 0, .. },
     |h| h.groups[1].level = 0 => Fault::BadLevel { group: 1, expected: 1, .. },
     |h| h.groups[1].level = 2 => Fault::BadLevel { group: 1, expected: 1, .. },
@@ -95,6 +97,8 @@ fn empty_hierarchy_is_valid() {
     assert_eq!(empty.validate(), Ok(()));
     assert_eq!((empty.level_count(), empty.aabb()), (0, None));
     assert!(empty.is_measured());
+    let source = fixtures::two_level_strip().source_vertices();
+    assert_eq!(empty.with_unused_vertices(&[], &source).validate(), Ok(()));
 }
 
 #[test]

@@ -9,16 +9,19 @@ pub(crate) struct Predictor {
     /// overwrite.
     predictions: Vec<Prediction>,
     count: usize,
-    /// For each vertex, whether it is from an earlier section or already predicted.
+    /// Number of vertices of earlier sections.
+    first: u32,
+    /// Whether vertices are known: one entry for all vertices of earlier sections, then one for each new vertex.
     known: Vec<bool>,
 }
 
 impl Predictor {
     /// Creates a predictor for `count` new vertices after `first` known vertices.
     pub(crate) fn new(first: usize, count: usize) -> Self {
-        let mut known = vec![true; first];
-        known.resize(first + count, false);
+        let mut known = vec![false; count + 1];
+        known[0] = true;
         Self {
+            first: first as u32,
             predictions: vec![Prediction::like(0, 0); count + 1],
             count: 0,
             known,
@@ -26,12 +29,12 @@ impl Predictor {
     }
 
     fn is_known(&self, vertex: u32) -> bool {
-        self.known[vertex as usize]
+        self.known[(vertex + 1).saturating_sub(self.first) as usize]
     }
 
     /// Adds the prediction of a vertex, unless it is known. Branchless, because known vertices occur irregularly.
     fn add(&mut self, prediction: Prediction) {
-        let known = &mut self.known[prediction.target as usize - 1];
+        let known = &mut self.known[prediction.target.saturating_sub(self.first) as usize];
         self.predictions[self.count] = prediction;
         self.count += usize::from(!*known);
         *known = true;
@@ -62,7 +65,7 @@ impl Predictor {
     fn latest(&self) -> u32 {
         match self.predictions[..self.count].last() {
             Some(prediction) => prediction.target,
-            None => (self.known.len() - (self.predictions.len() - 1)) as u32,
+            None => self.first,
         }
     }
 
@@ -77,9 +80,9 @@ impl Predictor {
 
     /// Predicts the last `unused` vertices, which no unit uses, and returns all predictions.
     pub(crate) fn finish(mut self, unused: usize) -> Vec<Prediction> {
-        let end = self.known.len();
-        for vertex in end - unused..end {
-            self.add(Prediction::like(vertex as u32 + 1, self.latest()));
+        let end = self.first + self.known.len() as u32;
+        for row in end - unused as u32..end {
+            self.add(Prediction::like(row, self.latest()));
         }
         self.predictions.truncate(self.count);
         self.predictions

@@ -59,18 +59,17 @@ pub(super) fn encode(
 
 /// The groups of each page: first the groups of the coarsest cut, then level by level.
 fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<Vec<u32>> {
-    let mut is_coarsest = vec![false; hierarchy.groups.len()];
-    hierarchy.close_refinement(&mut is_coarsest);
     let indices = || 0..hierarchy.groups.len() as u32;
     let mut pages = vec![
         indices()
-            .filter(|&group| is_coarsest[group as usize])
+            .filter(|&group| hierarchy.groups[group as usize].is_terminal())
             .collect(),
     ];
     let order = ZOrder::of(hierarchy);
     for level in (0..hierarchy.level_count()).rev() {
         let of_level = |&group: &u32| {
-            !is_coarsest[group as usize] && hierarchy.groups[group as usize].level == level
+            let group = &hierarchy.groups[group as usize];
+            !group.is_terminal() && group.level == level
         };
         let mut groups: Vec<u32> = indices().filter(of_level).collect();
         groups.sort_by_cached_key(|&group| order.key(&hierarchy.groups[group as usize]));
@@ -92,12 +91,8 @@ fn partition(hierarchy: &Hierarchy, vertex_bytes: u64, page_bytes: u64) -> Vec<V
         };
         let numbers: Vec<u64> = groups.iter().map(page_of).collect();
         let of_pages = numbers.chunk_by(|a, b| a == b);
-        let mut left = groups.as_slice();
-        for page in of_pages {
-            let (page, rest) = left.split_at(page.len());
-            pages.push(page.to_vec());
-            left = rest;
-        }
+        let mut left = groups.into_iter();
+        pages.extend(of_pages.map(|page| left.by_ref().take(page.len()).collect::<Vec<u32>>()));
     }
     pages
 }

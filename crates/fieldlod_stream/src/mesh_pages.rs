@@ -74,12 +74,10 @@ impl MeshPages {
                 coarser[mesh.page_of(finer) as usize].push(page);
             }
         }
-        let pages = mesh.pages.iter().zip(coarser).enumerate();
-        let pages = pages.map(|(number, (page, mut coarser))| {
+        let pages = mesh.pages.iter().zip(coarser);
+        let pages = pages.map(|(page, mut coarser)| {
             coarser.sort_unstable();
             coarser.dedup();
-            // Only a malformed file has a page that depends on itself.
-            coarser.retain(|&page| page as usize != number);
             let gpu_bytes = u64::from(page.mesh_bytes);
             PageEntry {
                 state: PageState::Absent,

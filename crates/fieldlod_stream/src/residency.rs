@@ -43,7 +43,7 @@ pub struct Residency {
     coarsening: f32,
     /// Last frame in which wanted pages exceeded the budget.
     exceeded_at: u64,
-    /// Frames to wait after [`exceeded_at`](Self::exceeded_at). See [`WAIT_FRAMES`].
+    /// Frames to wait after [`exceeded_at`](Self::exceeded_at), see [`WAIT_FRAMES`]. 0 until the budget is exceeded.
     wait_frames: u64,
     /// Bytes of the pages that are demanded in this frame, without first pages.
     wanted_bytes: u64,
@@ -99,7 +99,7 @@ impl Residency {
             time: Duration::ZERO,
             coarsening: 1.0,
             exceeded_at: 0,
-            wait_frames: WAIT_FRAMES[0],
+            wait_frames: 0,
             wanted_bytes: 0,
             wanted: Vec::new(),
             first_page_bytes: 0,
@@ -130,6 +130,9 @@ impl Residency {
         };
         self.wanted.retain(|page| page.mesh != mesh);
         self.first_page_bytes -= removed.pages.first().map_or(0, |page| page.gpu_bytes);
+        let demanded = removed.pages.iter().skip(1);
+        let demanded = demanded.filter(|page| page.used_at == self.frame);
+        self.wanted_bytes -= demanded.map(|page| page.gpu_bytes).sum::<u64>();
         let statistics = &mut self.statistics;
         for page in &removed.pages {
             match page.state {
@@ -218,8 +221,7 @@ impl Residency {
         self.statistics.missing_pages = self.wanted.len() as u32;
         self.adapt();
         let mut orders = Orders::default();
-        self.load_first_pages(&mut orders);
-        self.load_wanted(&mut orders);
+        self.load_pages(&mut orders);
         // A reduced budget may require evictions even if no page is wanted.
         self.make_room(0, &mut orders);
         // The list may hold pages that are used or removed in the next frame.
@@ -253,21 +255,8 @@ impl Residency {
         }
     }
 
-    fn load_first_pages(&mut self, orders: &mut Orders) {
-        for mesh in 0..self.meshes.len() {
-            let first = StreamPageId {
-                mesh: StreamMeshId(mesh as u32),
-                page: 0,
-            };
-            // This ignores the GPU budget: a missing mesh is worse than an exceeded budget.
-            if self.may_load(first) {
-                self.begin_loading(first, orders);
-            }
-        }
-    }
-
-    /// Loads wanted pages by descending priority, while there is room.
-    fn load_wanted(&mut self, orders: &mut Orders) {
+    /// Loads first pages, then wanted pages by descending priority, while there is room.
+    fn load_pages(&mut self, orders: &mut Orders) {
         let mut wanted = std::mem::take(&mut self.wanted);
         // Finer pages have larger indices, so priorities propagate from fine to coarse.
         wanted.sort_unstable_by_key(|page| Reverse(*page));
@@ -279,13 +268,20 @@ impl Residency {
         let priority = |page: &StreamPageId| self.page(*page).map_or(0.0, |page| page.priority);
         // At equal priority, coarser pages come first.
         wanted.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
-        for page in wanted.drain(..) {
-            if !self.may_load(page) {
+        let first_pages = (0..self.meshes.len() as u32).map(|mesh| StreamPageId {
+            mesh: StreamMeshId(mesh),
+            page: 0,
+        });
+        for page in first_pages.chain(wanted.drain(..)) {
+            let Some(entry) = self.page(page).filter(|entry| self.may_load(page, entry)) else {
                 continue;
-            }
-            let bytes = self.page(page).map_or(0, |page| page.gpu_bytes);
-            // Pages of lower priority must not take the room that this page waits for.
-            if !self.make_room(bytes, orders) {
+            };
+            let (bytes, loading) = (entry.gpu_bytes, self.statistics.loading_bytes);
+            // A page larger than the whole budget must load at some time: it loads alone.
+            let fits = loading == 0 || loading + entry.loading_bytes <= self.settings.loading_bytes;
+            // First pages ignore the GPU budget: a missing mesh is worse than an exceeded budget. Pages of lower
+            // priority must not take the room that a page waits for.
+            if !fits || page.page > 0 && !self.make_room(bytes, orders) {
                 break;
             }
             self.begin_loading(page, orders);
@@ -293,20 +289,24 @@ impl Residency {
         self.wanted = wanted;
     }
 
-    /// Returns `true` if a page is absent or due for a retry, and fits the budget of loading pages.
-    fn may_load(&self, page: StreamPageId) -> bool {
-        let Some(entry) = self.page(page) else {
-            return false;
-        };
+    /// Returns `true` if a page is absent or due for a retry, and its coarser pages are not.
+    fn may_load(&self, page: StreamPageId, entry: &PageEntry) -> bool {
         let is_due = match entry.state {
             PageState::Absent => true,
             PageState::Failed { until } => until <= self.frame,
             PageState::Loading | PageState::Resident => false,
         };
-        let loading = self.statistics.loading_bytes;
-        // A page larger than the whole budget must load at some time: it loads alone.
-        let fits = loading == 0 || loading + entry.loading_bytes <= self.settings.loading_bytes;
-        is_due && fits
+        // Without its coarser pages, the page would not be drawn.
+        let mut coarser = entry.coarser.iter();
+        is_due
+            && coarser.all(|&coarser| {
+                let coarser = self.page(StreamPageId {
+                    page: coarser,
+                    ..page
+                });
+                let state = coarser.map(|coarser| coarser.state);
+                matches!(state, Some(PageState::Loading | PageState::Resident))
+            })
     }
 
     fn begin_loading(&mut self, page: StreamPageId, orders: &mut Orders) {
@@ -320,22 +320,29 @@ impl Residency {
         orders.load.push(page);
     }
 
-    /// Evicts the least recently used pages until `bytes` more fit. Returns whether they fit.
+    /// Evicts the least recently used pages until `bytes` more fit. Returns whether they fit. If they do not, nothing is
+    /// evicted for them.
     fn make_room(&mut self, bytes: u64, orders: &mut Orders) -> bool {
-        let budget = self.settings.gpu_bytes;
-        let held =
-            |statistics: &Statistics| statistics.resident_bytes + statistics.loading_gpu_bytes;
-        while held(&self.statistics) + bytes > budget {
-            // The list is sorted once for all evictions of a frame.
-            if self.idle.is_none() {
-                self.idle = Some(self.find_idle());
-            }
-            let Some(page) = self.idle.as_mut().and_then(Vec::pop) else {
-                return false;
-            };
-            self.evict(page, orders);
+        let held = self.statistics.resident_bytes + self.statistics.loading_gpu_bytes;
+        let excess = (held + bytes).saturating_sub(self.settings.gpu_bytes);
+        if excess == 0 {
+            return true;
         }
-        true
+        // The list is sorted once for all evictions of a frame.
+        let mut idle = self.idle.take().unwrap_or_else(|| self.find_idle());
+        let (mut freed, mut kept) = (0, idle.len());
+        while freed < excess && kept > 0 {
+            kept -= 1;
+            freed += self.page(idle[kept]).map_or(0, |page| page.gpu_bytes);
+        }
+        let fits = freed >= excess;
+        if fits || bytes == 0 {
+            for page in idle.drain(kept..).rev() {
+                self.evict(page, orders);
+            }
+        }
+        self.idle = Some(idle);
+        fits
     }
 
     /// Returns the pages that may be evicted, least recently used last.

@@ -162,6 +162,7 @@ fn mesh_can_be_removed_while_loading() {
     let mut residency = Residency::new(budget(u64::MAX));
     let [kept, removed] = [0, 1].map(|rock| residency.add_mesh(&ROCKS[rock]));
     let load = residency.update(Duration::ZERO).load;
+    residency.demand(removed, ROCKS[1].groups_of(1)[0], Some(5.0));
     residency.remove_mesh(removed);
     residency.remove_mesh(removed);
     assert_eq!(load.len(), 2);
@@ -172,11 +173,91 @@ fn mesh_can_be_removed_while_loading() {
     assert_eq!(residency.update(Duration::ZERO), Default::default());
     let statistics = residency.statistics();
     let first = gpu_bytes(ROCKS[0].pages[..1].iter());
-    assert_eq!(statistics.resident_bytes, first);
+    assert_eq!(
+        (statistics.resident_bytes, statistics.wanted_bytes),
+        (first, first)
+    );
     assert_eq!(statistics.loading_bytes, 0);
     assert_eq!(statistics.loading_gpu_bytes, 0);
     assert!(residency.is_resident(kept, ROCKS[0].groups_of(0)[0]));
     assert!(!residency.is_resident(removed, ROCKS[1].groups_of(0)[0]));
+}
+
+/// A rock whose pages have these sizes; further pages have the last one.
+fn rock_with_sizes(sizes: &[u32]) -> PagedMesh {
+    let mut rock = ROCKS[0].clone();
+    for (number, page) in rock.pages.iter_mut().enumerate() {
+        page.mesh_bytes = sizes[number.min(sizes.len() - 1)];
+        page.bytes = 0..0;
+    }
+    rock
+}
+
+/// Demands the given pages and returns the pages that are loaded and evicted.
+fn orders_of(residency: &mut Residency, demanded: &[StreamPageId]) -> [Vec<StreamPageId>; 2] {
+    for page in demanded {
+        let group = ROCKS[0].groups_of(page.page as usize)[0];
+        residency.demand(page.mesh, group, Some(5.0));
+    }
+    let orders = residency.update(Duration::ZERO);
+    [orders.load, orders.evict]
+}
+
+#[test]
+fn finer_pages_wait_for_their_coarser_pages() {
+    let (graph, page_of) = (&ROCKS[0].graph, |group: u32| ROCKS[0].page_of(group));
+    let in_page_1 = ROCKS[0].groups_of(1).iter();
+    let finer_groups =
+        in_page_1.flat_map(|&group| graph.finer_groups(&graph.groups[group as usize]));
+    let finer_page = finer_groups
+        .map(|&group| page_of(group))
+        .find(|page| *page > 1)
+        .unwrap();
+    // The coarser page is larger, so it does not fit while the first page is loading.
+    let rock = rock_with_sizes(&[50, 60, 40]);
+    let mut residency = Residency::new(StreamSettings {
+        loading_bytes: 100,
+        ..budget(u64::MAX)
+    });
+    let mesh = residency.add_mesh(&rock);
+    let [first, coarser, finer] = [0, 1, finer_page].map(|page| StreamPageId { mesh, page });
+    assert_eq!(orders_of(&mut residency, &[])[0], [first]);
+    assert_eq!(orders_of(&mut residency, &[coarser, finer])[0], []);
+    residency.set_loaded(first);
+    assert_eq!(orders_of(&mut residency, &[coarser])[0], [coarser]);
+    residency.set_failed(coarser);
+    assert_eq!(orders_of(&mut residency, &[coarser, finer])[0], []);
+}
+
+#[test]
+fn no_page_is_evicted_for_a_page_that_does_not_fit() {
+    let mut residency = Residency::new(budget(100));
+    let meshes = [[10, 40], [10, 90]].map(|sizes| residency.add_mesh(&rock_with_sizes(&sizes)));
+    let [idle, large] = meshes.map(|mesh| StreamPageId { mesh, page: 1 });
+    let [load, _] = orders_of(&mut residency, &[idle]);
+    assert_eq!(load.len(), 3);
+    load.into_iter()
+        .for_each(|page| assert!(residency.set_loaded(page)));
+    assert_eq!(orders_of(&mut residency, &[large]), [vec![], vec![]]);
+}
+
+/// Frame 0 does not count as an earlier excess, which would double the wait.
+#[test]
+fn first_excess_waits_the_shortest_time() {
+    let mut residency = Residency::new(budget(u64::MAX));
+    residency.add_mesh(&ROCKS[0]);
+    let mut coarsening_after = |frames: u32, settings| {
+        residency.set_settings(settings);
+        for _ in 0..frames {
+            residency.update(Duration::ZERO);
+        }
+        residency.coarsening()
+    };
+    assert_eq!(coarsening_after(150, budget(u64::MAX)), 1.0);
+    let raised = coarsening_after(1, budget(0));
+    assert!(raised > 1.0);
+    assert_eq!(coarsening_after(120, budget(u64::MAX)), raised);
+    assert!(coarsening_after(1, budget(u64::MAX)) < raised);
 }
 
 #[test]

@@ -15,8 +15,10 @@ use simulation::{Disk, FRAMES_PER_SECOND, FrameReport, World, rocks};
 
 const MIB: f64 = (1 << 20) as f64;
 const SECONDS: f64 = 60.0;
+/// Mean of the loop of [`pose`], which is 104.4 m long.
+const METRES_PER_RADIAN: f64 = 104.4 / std::f64::consts::TAU;
 
-/// A kind of movement: its name, metres per second, and seconds between jumps.
+/// A kind of movement: its name, mean metres per second, and seconds between jumps.
 type Pace = (&'static str, f64, f64);
 
 const PACES: [Pace; 3] = [
@@ -104,7 +106,7 @@ fn report(rocks: &[PagedMesh], pace: Pace, gpu_mib: u64, disk: Disk) {
 fn pose((_, speed, jump_every): Pace, seconds: f64) -> (Vec3, Vec3) {
     let jumps = (seconds / jump_every).floor();
     let at = |seconds: f64| {
-        let angle = ((seconds * speed + jumps * 61.0) / 60.0) as f32;
+        let angle = ((seconds * speed + jumps * 61.0) / METRES_PER_RADIAN) as f32;
         let (x, z) = (14.0 * angle.cos(), 10.0 * (angle * 2.0).sin());
         Vec3::new(18.0 + x, 1.6, 18.0 + z)
     };

@@ -17,6 +17,7 @@ use glam::{DMat3, DVec3, Mat3, Vec3};
 use serde::Serialize;
 
 use crate::eye::{Eye, Instance};
+use crate::measure::greatest;
 
 use samples::{Sample, samples_of};
 
@@ -34,7 +35,7 @@ impl Displacement {
     #[must_use]
     pub fn of(displaced_px: &[f64]) -> Self {
         Self {
-            max_px: displaced_px.iter().copied().fold(0.0, f64::max),
+            max_px: greatest(displaced_px.iter().copied()),
             samples: displaced_px.len(),
         }
     }
@@ -157,8 +158,8 @@ impl<'a> Projector<'a> {
     fn is_visible(&self, sample: &Sample) -> bool {
         // Culling and clipping remove surfaces outside the picture, so errors there are not visible.
         let position = self.in_camera(sample.position);
-        if self.eye.project_px(position).is_none() || !self.eye.camera.contains(position.as_vec3())
-        {
+        let is_near = !self.eye.is_orthographic() && position.z < f64::from(self.eye.near);
+        if is_near || !self.eye.camera.contains(position.as_vec3()) {
             return false;
         }
         // Back faces of closed meshes are hidden by their front faces.
@@ -174,12 +175,12 @@ impl<'a> Projector<'a> {
         self.two_sided || normal.dot(to_surface) <= 0.0
     }
 
-    /// Returns 0 if one of the points is nearer than the near plane, where nothing is drawn.
+    /// Returns infinity if one of the points is not in front of a perspective camera.
     fn distance_px(&self, from: Vec3, to: Vec3) -> f64 {
         let project = |point: Vec3| self.eye.project_px(self.in_camera(point));
         match (project(from), project(to)) {
             (Some(from), Some(to)) => from.distance(to),
-            _ => 0.0,
+            _ => f64::INFINITY,
         }
     }
 }

@@ -154,13 +154,12 @@ impl Eye {
         CAMERA_FROM_VIEW.as_dmat3() * rotation.transpose()
     }
 
-    /// Projects a point of camera space to pixels from the principal point; `None` if the point is nearer than the
-    /// near plane of a perspective camera.
+    /// Projects a point of camera space to pixels from the principal point; `None` if the point is not in front of a
+    /// perspective camera.
     pub(crate) fn project_px(&self, p: DVec3) -> Option<DVec2> {
         match &self.camera {
             Camera::Perspective(intrinsics) => {
-                let visible = p.z >= f64::from(self.near);
-                visible.then(|| p.truncate() / p.z * intrinsics.focal_px.as_dvec2())
+                (p.z > 0.0).then(|| p.truncate() / p.z * intrinsics.focal_px.as_dvec2())
             }
             Camera::Orthographic(intrinsics) => {
                 Some(p.truncate() * intrinsics.pixels_per_unit.as_dvec2())

@@ -46,8 +46,21 @@ pub fn image_error(reference: &Picture, picture: &Picture, with_flip: bool) -> I
     }
 }
 
+/// The greatest of some values, at least 0.
+///
+/// # Panics
+/// If a value is NaN. [`f64::max`] ignores NaN.
+pub(crate) fn greatest(values: impl Iterator<Item = f64>) -> f64 {
+    let values = values.inspect(|value| assert!(!value.is_nan(), "a measured value is NaN"));
+    values.fold(0.0, f64::max)
+}
+
 /// The geometric mean of the positive values. `None` without any.
+///
+/// # Panics
+/// If a value is NaN.
 pub(crate) fn geometric_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let values = values.inspect(|value| assert!(!value.is_nan(), "a measured value is NaN"));
     let logs: Vec<f64> = values.filter(|v| *v > 0.0).map(f64::ln).collect();
     (!logs.is_empty()).then(|| (logs.iter().sum::<f64>() / logs.len() as f64).exp())
 }

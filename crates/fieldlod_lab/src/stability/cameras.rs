@@ -25,7 +25,9 @@ pub(super) fn distances(object: &LodObject, eye: &Eye) -> Vec<f32> {
     let errors = object.level_errors_in_local.iter().skip(1);
     let starts = errors.map(|error| (error * eye.focal_px() + object.radius) * 1.02);
     let outside = starts.filter(|start| *start > object.radius * 1.2);
-    outside.take(4).collect()
+    let found: Vec<f32> = outside.take(4).collect();
+    assert!(!found.is_empty(), "no level starts outside of the object");
+    found
 }
 
 /// A shot from each of the [`distances`].

@@ -69,6 +69,7 @@ pub fn run(progress: &(dyn Fn(usize, usize) + Sync)) -> Vec<CaseResult> {
 fn run_case(case: &Case, object: &LodObject, is_closed: bool) -> CaseResult {
     let source = SourceSurface::new(&object.hierarchy, SAMPLES);
     let shots = (case.shots)(object);
+    assert!(!shots.is_empty(), "{}: no shots", case.name);
     let mut verdicts = METHODS.map(|method| {
         let mut trial = Trial {
             source: &source,

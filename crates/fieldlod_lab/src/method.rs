@@ -14,6 +14,7 @@
 //! - All methods run at the same threshold, 1 px unless stated otherwise.
 //! - Ranges of [`Method::VisibilityRange`] start where the error of a level, at the near side of the object's sphere,
 //!   equals the threshold in the *reference view*: 60° high, 1080 px, unit scale ([`LodObject::range_start`]).
+//!   The chart scales them to the height of its pictures.
 //! - The baselines have no hysteresis: their systems disable it by default.
 //! - clusterlod's rule does not define orthographic views. The formula then omits the distance.
 //!

@@ -4,6 +4,8 @@ use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Sphere};
 use glam::{Vec3, Vec3Swizzles};
 use serde::Serialize;
 
+/// Height of the reference view, in pixels.
+pub(crate) const REFERENCE_HEIGHT_PX: f32 = 1080.0;
 /// Focal length of the reference view, which is 60° and 1080 px high: 540 px / tan 30°.
 pub const REFERENCE_FOCAL_PX: f32 = 935.307_4;
 

@@ -6,10 +6,10 @@ use super::pose::Pose;
 use crate::measure::ImageError;
 use crate::method::Method;
 
-/// The thresholds of all curves, in pixels. They contain [`COMPARED_AT_PX`](super::COMPARED_AT_PX). Steps are about √2:
-/// larger ones interpolate over wider gaps, smaller ones draw more pictures.
-pub(super) const THRESHOLDS_PX: [f32; 13] = [
-    0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
+/// The thresholds of all curves, in pixels. They contain [`COMPARED_AT_PX`](super::COMPARED_AT_PX). 0 draws full detail.
+/// Steps are about √2: larger ones interpolate over wider gaps, smaller ones draw more pictures.
+pub(super) const THRESHOLDS_PX: [f32; 14] = [
+    0.0, 0.15, 0.2, 0.28, 0.4, 0.56, 0.75, 1.0, 1.35, 1.8, 2.5, 3.5, 5.0, 8.0,
 ];
 
 /// The triangles and the image error of the cut at one threshold.
@@ -96,7 +96,7 @@ impl Measure {
 
 /// Interpolates the triangles of a curve at an error, on logarithmic scales; `None` outside of the curve. The curve is
 /// made monotone first, because errors jitter by a few per cent. An error below those of all levels costs full detail,
-/// if the curve contains it. A curve of full detail alone gives `None`.
+/// if the curve contains it.
 pub(super) fn triangles_at_error(curve: &Curve, measure: Measure, error: f64) -> Option<f64> {
     let pair = |point: &Point| (point.triangles as f64, measure.of(point));
     at_error(curve.points.iter().map(pair), error)
@@ -119,7 +119,7 @@ pub(super) fn threshold_at_triangles(curve: &Curve, triangles: f64) -> Option<f6
 }
 
 /// Does the work of [`triangles_at_error`] on pairs of triangles and error.
-fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
+pub(crate) fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64> {
     // Full detail has no error, and an empty picture no triangles: neither has a logarithm.
     let points: Vec<(f64, f64)> = points.filter(|(cost, _)| *cost > 0.0).collect();
     let (exact, usable): (Vec<_>, Vec<_>) = points.iter().partition(|(_, error)| *error <= 0.0);
@@ -134,12 +134,13 @@ fn at_error(points: impl Iterator<Item = (f64, f64)>, error: f64) -> Option<f64>
     let wanted = error.ln();
     let crossing = |pair: &&[(f64, f64)]| pair[0].1 >= wanted && wanted >= pair[1].1;
     let Some(pair) = falling.windows(2).find(crossing) else {
-        let is_below = falling.last().is_some_and(|least| wanted < least.1);
-        return exact
-            .into_iter()
-            .map(|(cost, _)| cost)
-            .reduce(f64::min)
-            .filter(|_| is_below);
+        let full = exact.iter().map(|(cost, _)| *cost).reduce(f64::min)?;
+        // Without any error, different cuts cannot be compared: no outline is in the picture, for example.
+        let is_below = match falling.last() {
+            Some(least) => wanted < least.1,
+            None => exact.iter().all(|(cost, _)| *cost == full),
+        };
+        return is_below.then_some(full);
     };
     let [(cost_0, error_0), (cost_1, error_1)] = [pair[0], pair[1]];
     let share = if error_0 > error_1 {
@@ -196,6 +197,11 @@ mod tests {
         let points = || [(100.0, 4.0), (200.0, 2.0), (800.0, 0.0)].into_iter();
         assert_eq!(at_error(points(), 1.0), Some(800.0));
         assert_eq!(at_error(points(), 5.0), None);
+        assert_eq!(at_error(points().skip(2), 1.0), Some(800.0));
+        assert_eq!(
+            at_error([(100.0, 0.0), (800.0, 0.0)].into_iter(), 0.0),
+            None
+        );
     }
 
     #[test]

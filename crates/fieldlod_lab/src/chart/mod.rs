@@ -18,8 +18,8 @@
 //!
 //! # Training and test
 //! The constants of the [criterion](fieldlod_select::group_error_px) were chosen on three generated models
-//! ([`Generated::TRAINING`]), the Stanford bunny and the sheen cloth of Khronos' glTF samples, from six poses each
-//! (`--seed 11`). The reported figures are measured from other poses, on [`Generated::TEST`] or on a user's models.
+//! ([`Generated::TRAINING`]), the Stanford bunny and the sheen cloth of Khronos' glTF samples, from six poses
+//! each. The reported figures are measured from other poses, on [`Generated::TEST`] or on a user's models.
 //!
 //! # Simplifications
 //! Pictures are small, because software adapters are slow. Thresholds in pixels scale with the picture, so a small
@@ -45,6 +45,7 @@ use crate::render::{RenderError, Renderer};
 use pose::poses;
 use sweep::Subject;
 
+pub(crate) use curve::at_error;
 pub use curve::{Curve, Measure, Point, PoseResult};
 pub use draw::draw_chart;
 pub use generated::Generated;

@@ -1,11 +1,12 @@
 //! The cameras of a chart.
 
+use fieldlod_hierarchy::fixtures::Random;
 use glam::{Vec2, Vec3};
 use serde::Serialize;
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::eye::Eye;
 use crate::object::LodObject;
+use crate::props::direction;
 
 /// Vertical fields of view of successive poses, in degrees.
 const FOVS_DEG: [f32; 3] = [60.0, 45.0, 90.0];
@@ -41,15 +42,15 @@ impl Pose {
 /// object's center. The same seed gives the same poses.
 pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     let is_ground = is_ground(object);
+    let mut random = Random::new(seed);
     let pose = |index: usize| {
-        let random = Random { seed, index };
         // Each pose has its own part of the range, so even a few poses cover the whole range.
-        let share = (index as f32 + random.share(0)) / count as f32;
+        let share = (index as f32 + random.unit()) / count as f32;
         let fovy_deg = FOVS_DEG[index % FOVS_DEG.len()];
         let (position, target) = if is_ground {
-            on_ground(object, share, random)
+            on_ground(object, share, &mut random)
         } else {
-            around(object, share, random)
+            around(object, share, &mut random)
         };
         Pose {
             position: position.to_array(),
@@ -60,56 +61,41 @@ pub(super) fn poses(object: &LodObject, count: usize, seed: u64) -> Vec<Pose> {
     (0..count).map(pose).collect()
 }
 
-/// Returns `true` if an object is a ground: much wider than it is high, along +Y. The generated hills are a fifth as high as
-/// wide.
+/// Returns `true` if an object is a ground: nearly all of its surface faces up, along +Y.
 fn is_ground(object: &LodObject) -> bool {
-    let extent = object.aabb.max - object.aabb.min;
-    extent.y < 0.3 * extent.x.min(extent.z)
+    let (hierarchy, mut facing) = (&object.hierarchy, [0.0f32; 2]);
+    for unit in hierarchy.source_units() {
+        for triangle in hierarchy.triangles_of(&hierarchy.units[unit]) {
+            let [a, b, c] = triangle.map(|v| hierarchy.vertices.positions[v as usize]);
+            let up = (b - a).cross(c - a).y;
+            facing[usize::from(up < 0.0)] += up.abs();
+        }
+    }
+    // Closed meshes have equal areas that face up and down.
+    facing[0] > 9.0 * facing[1]
 }
 
-fn around(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
+fn around(object: &LodObject, share: f32, random: &mut Random) -> (Vec3, Vec3) {
+    let mut any_direction = || direction(random.index(4096) as u32, 4096);
+    let (from, aside) = (any_direction(), any_direction());
     // Distances are even on a logarithmic scale.
     let radii = NEAREST_RADII * (FARTHEST_RADII / NEAREST_RADII).powf(share);
-    let position = object.center + random.direction(1) * (radii * object.radius);
-    let aside = random.direction(3) * (0.5 * object.radius * random.share(5));
+    let position = object.center + from * (radii * object.radius);
+    let aside = aside * (0.5 * object.radius * random.unit());
     (position, object.center + aside)
 }
 
-fn on_ground(object: &LodObject, share: f32, random: Random) -> (Vec3, Vec3) {
+fn on_ground(object: &LodObject, share: f32, random: &mut Random) -> (Vec3, Vec3) {
     let height = LOWEST_RADII * (HIGHEST_RADII / LOWEST_RADII).powf(share);
     // The camera looks from one place on the ground to another. Both are away from the border.
-    let place = |slot: u64| {
-        let (x, z) = (random.share(slot), random.share(slot + 1));
+    let mut place = || {
+        let (x, z) = (random.unit(), random.unit());
         object.vertex_below(0.1 + 0.8 * x, 0.1 + 0.8 * z)
     };
-    let (from, mut to) = (place(1), place(3));
+    let (from, mut to) = (place(), place());
     // A camera that looks straight down has no direction upwards in its image.
     if from == to {
         to += Vec3::X * object.radius;
     }
     (from + Vec3::Y * (height * object.radius), to)
-}
-
-/// Random numbers that depend only on the seed, the pose and the slot.
-#[derive(Clone, Copy)]
-struct Random {
-    seed: u64,
-    index: usize,
-}
-
-impl Random {
-    /// A number from 0 to 1.
-    fn share(self, slot: u64) -> f32 {
-        // An `f32` holds 24 bits exactly.
-        let key = [self.seed, self.index as u64, slot].map(u64::to_le_bytes);
-        (xxh3_64(key.as_flattened()) >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// A random direction, uniform over the sphere. Uses `slot` and the next slot.
-    fn direction(self, slot: u64) -> Vec3 {
-        let z = 2.0 * self.share(slot) - 1.0;
-        let (sin, cos) = (std::f32::consts::TAU * self.share(slot + 1)).sin_cos();
-        let across = (1.0 - z * z).max(0.0).sqrt();
-        Vec3::new(across * cos, z, across * sin)
-    }
 }

@@ -40,6 +40,8 @@ pub struct ModelRatios {
     pub name: String,
     /// Triangles of the source.
     pub triangles: u64,
+    /// The number of poses.
+    pub poses: usize,
     /// Triangles relative to clusterlod's at equal error.
     pub ratios: Vec<Ratios>,
 }
@@ -66,6 +68,7 @@ impl Report {
         let of_model = |model: &ModelResult| ModelRatios {
             name: model.name.clone(),
             triangles: model.triangles,
+            poses: model.poses.len(),
             ratios: all_ratios(&model.poses.iter().collect::<Vec<_>>(), &options.methods),
         };
         // The poses of all models have the same weight.
@@ -73,6 +76,7 @@ impl Report {
         let all = ModelRatios {
             name: "all models".to_owned(),
             triangles: models.iter().map(|model| model.triangles).sum(),
+            poses: poses.len(),
             ratios: all_ratios(&poses, &options.methods),
         };
         Self {

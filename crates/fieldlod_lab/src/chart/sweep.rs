@@ -9,7 +9,7 @@ use crate::chooser::Chooser;
 use crate::eye::{Eye, Instance};
 use crate::measure::{ImageError, image_error};
 use crate::method::Method;
-use crate::object::{ErrorSource, LodObject};
+use crate::object::{ErrorSource, LodObject, REFERENCE_HEIGHT_PX};
 use crate::object_view::ObjectView;
 use crate::render::{DrawnModel, Picture, RenderError, Renderer};
 
@@ -86,8 +86,14 @@ impl<'a> PoseView<'a> {
     fn curve(&mut self, method: Method) -> Result<Curve, RenderError> {
         let object = &self.subject.levels(method).object;
         let view = ObjectView::new(object, &Instance::default(), &self.eye);
+        // Ranges are tuned for the height of the pictures.
+        let scale = if method == Method::VisibilityRange {
+            REFERENCE_HEIGHT_PX / self.reference.size_px.y as f32
+        } else {
+            1.0
+        };
         let point = |threshold_px: f32| {
-            let choice = Chooser::new(method, threshold_px).choose(&view);
+            let choice = Chooser::new(method, threshold_px * scale).choose(&view);
             // Only units that touch the view are drawn and counted.
             let units = view.units_in_view(&choice.units);
             Ok(Point {

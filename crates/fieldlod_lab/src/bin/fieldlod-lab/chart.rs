@@ -98,9 +98,10 @@ fn advance(bar: &ProgressBar, name: &str) {
 fn text(report: &Report, out: &Path) -> String {
     let mut text = String::from(
         "triangles relative to clusterlod with its own levels, at the image error of clusterlod at 0.4, 1 and\n\
-         2.5 px (geometric mean over the compared poses; in brackets the worst pose)\n\n",
+         2.5 px (geometric mean over the compared poses; in brackets the worst pose, and the number of\n\
+         compared poses if some are left out)\n\n",
     );
-    let head = Measure::ALL.map(|measure| format!("  {:34}", measure.name()));
+    let head = Measure::ALL.map(|measure| format!("  {:46}", measure.name()));
     let _ = writeln!(text, "{:22}{}", "", head.concat());
     for model in report.models.iter().chain([&report.all]) {
         let _ = writeln!(text, "\n{}, {} triangles", model.name, model.triangles);
@@ -115,10 +116,13 @@ fn text(report: &Report, out: &Path) -> String {
 fn row(model: &ModelRatios, method: Method) -> String {
     let cells = Measure::ALL.map(|measure| {
         let at = COMPARED_AT_PX.map(|at_px| match model.ratio(method, measure, at_px) {
+            Some(r) if r.poses < model.poses => {
+                format!("{:.2} ({:.2}, {})", r.mean, r.greatest, r.poses)
+            }
             Some(r) => format!("{:.2} ({:.2})", r.mean, r.greatest),
             None => "-".to_owned(),
         });
-        format!("  {:34}", at.join(" "))
+        format!("  {:46}", at.join(" "))
     });
     format!("{:22}{}\n", method.name(), cells.concat())
 }

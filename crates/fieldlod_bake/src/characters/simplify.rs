@@ -96,22 +96,25 @@ impl<'a> Simplifier<'a> {
         let (triangles, _) = corners.as_chunks::<3>();
         triangles
             .iter()
-            .map(|triangle| self.facing(*triangle))
+            .map(|triangle| facing(&self.character.mesh, &self.flat_vertices, *triangle))
             .collect()
     }
+}
 
-    /// Replaces welded vertices of flat triangles by the vertices with normals nearest to the normal of the triangle.
-    fn facing(&self, triangle: [u32; 3]) -> [u32; 3] {
-        let corners = triangle.map(|v| self.character.mesh.positions[v as usize]);
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        triangle.map(|vertex| {
-            let alike = self.flat_vertices.get(&vertex).into_iter().flatten();
-            let towards =
-                |vertex: &&u32| self.character.mesh.normals[**vertex as usize].dot(normal);
-            let best = alike.max_by(|a, b| towards(a).total_cmp(&towards(b)));
-            best.copied().unwrap_or(vertex)
-        })
-    }
+/// Replaces welded vertices of flat triangles by the vertices with normals nearest to the normal of the triangle.
+fn facing(
+    mesh: &SourceMesh,
+    flat_vertices: &FxHashMap<u32, Vec<u32>>,
+    triangle: [u32; 3],
+) -> [u32; 3] {
+    let corners = triangle.map(|v| mesh.positions[v as usize]);
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    triangle.map(|vertex| {
+        let alike = flat_vertices.get(&vertex).into_iter().flatten();
+        let towards = |vertex: &&u32| mesh.normals[**vertex as usize].dot(normal);
+        let best = alike.max_by(|a, b| towards(a).total_cmp(&towards(b)));
+        best.copied().unwrap_or(vertex)
+    })
 }
 
 fn between_parts(vertices: &LevelVertices) -> Vec<SimplifyVertex> {
@@ -172,7 +175,7 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
 
 /// The levels of a character as other tools make them: each primitive separately, in the bind pose, with normals and
 /// `Regularize`. Collapses across seams are allowed; otherwise most characters would stop at a quarter of their
-/// triangles. Level `k` is simplified to `ratio` to the power of `k`.
+/// triangles. Flat triangles are simplified with smooth normals, and get flat normals, as ours do. Level `k` is simplified to `ratio` to the power of `k`.
 #[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {
@@ -182,8 +185,10 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
         .iter()
         .map(Vec3::to_array)
         .collect();
-    let mesh = &character.mesh;
     let first = welded(character);
+    let mut mesh = character.mesh.clone();
+    smooth_normals(character, &mut mesh, &first);
+    let flat_vertices = flat_vertices(character, &first);
     let indices: Vec<u32> = mesh.indices.iter().map(|&v| first[v as usize]).collect();
     let normals: Vec<f32> = mesh.normals.iter().flat_map(Vec3::to_array).collect();
     let level = |share: f32| {
@@ -205,7 +210,9 @@ pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<
             )
         };
         let corners: Vec<u32> = character.parts.iter().flat_map(of_part).collect();
-        corners.as_chunks::<3>().0.to_vec()
+        let triangles = corners.as_chunks::<3>().0.iter();
+        let facing = |triangle: &[u32; 3]| facing(&character.mesh, &flat_vertices, *triangle);
+        triangles.map(facing).collect()
     };
     (1..=count).map(|k| level(ratio.powi(k as i32))).collect()
 }

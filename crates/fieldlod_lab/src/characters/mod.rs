@@ -4,7 +4,6 @@
 //! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
 //! `Permissive`, as gltfpack can.
 
-mod curve;
 mod motion;
 mod pictures;
 
@@ -17,11 +16,12 @@ use fieldlod_bake::{
 use fieldlod_hierarchy::Hierarchy;
 use serde::Serialize;
 
-use crate::measure::geometric_mean;
+use crate::chart::at_error;
+use crate::measure::{geometric_mean, greatest};
 use crate::render::{RenderError, Renderer};
-use curve::Curve;
 pub use motion::{Holes, Motion, MotionFrame};
-pub use pictures::{PictureOptions, Pictures};
+pub use pictures::PictureOptions;
+use pictures::at_equal_rmse;
 
 /// Files with more clips are split by clips, and others by time: of few clips, half would miss whole kinds of motion.
 const MANY_CLIPS: usize = 10;
@@ -49,13 +49,14 @@ pub struct CharacterResult {
     /// Triangles of each level of the baseline, and its greatest deviation relative to the character's radius.
     pub plain: Vec<(usize, f32)>,
     /// The greatest ratio of measured to stated deviation. It equals the pixels of displacement at a guarantee of 1 px.
-    pub of_promise: f32,
+    pub of_promise: f64,
     /// The greatest ratio of the baseline's deviation to its deviation in the bind pose.
-    pub plain_of_bind: f32,
+    pub plain_of_bind: f64,
     /// Triangles relative to the baseline at equal deviations.
     pub at_equal_deviation: Option<f64>,
-    /// Pictures, if they were drawn. Characters with more than 65,536 vertices are not drawn.
-    pub pictures: Option<Pictures>,
+    /// Triangles relative to the baseline at equal RMSE: the geometric mean over sizes. `None` if no pictures were drawn.
+    /// Characters with more than 65,536 vertices are not drawn.
+    pub at_equal_rmse: Option<f64>,
     /// The character in motion, if pictures were drawn.
     pub motion: Option<Motion>,
 }
@@ -193,10 +194,8 @@ impl<'a> Subject<'a> {
         let plain = deviations(self.character, &self.poses, &self.plain);
         let in_bind = deviations(self.character, &[Pose::default()], &self.plain);
         let largest_share = |found: &[f32], stated: &[f32]| {
-            let shares = found.iter().zip(stated).filter(|(found, _)| **found > 0.0);
-            shares
-                .map(|(found, stated)| found / stated)
-                .fold(0.0, f32::max)
+            let shares = found.iter().zip(stated).filter(|(found, _)| **found != 0.0);
+            greatest(shares.map(|(found, stated)| f64::from(found / stated)))
         };
         let points = |levels: &[Vec<[u32; 3]>], deviations: &[f32]| -> Vec<(usize, f32)> {
             let counts = levels.iter().map(Vec::len);
@@ -204,15 +203,9 @@ impl<'a> Subject<'a> {
             counts.zip(relative).collect()
         };
         let (levels, plain_points) = (points(coarser, &own), points(&self.plain, &plain));
-        let pictures = drawing.map(|(renderer, options)| {
+        let at_equal_rmse = drawing.map(|drawing| {
             let own_and_plain = [coarser, &self.plain[..]];
-            Pictures::of(
-                renderer,
-                options,
-                self.character,
-                &self.poses,
-                own_and_plain,
-            )
+            at_equal_rmse(drawing, self.character, &self.poses, own_and_plain)
         });
         let motion = drawing.map(|(renderer, _)| {
             let own_and_plain = [&self.levels[..], &self.plain[..]];
@@ -225,13 +218,26 @@ impl<'a> Subject<'a> {
             poses: self.poses.len(),
             of_promise: largest_share(&own, &self.stated),
             plain_of_bind: largest_share(&plain, &in_bind),
-            at_equal_deviation: Curve::of(&plain_points).relative(&levels),
+            at_equal_deviation: relative(&levels, &plain_points),
             levels,
             plain: plain_points,
-            pictures: pictures.transpose()?,
+            at_equal_rmse: at_equal_rmse.transpose()?.flatten(),
             motion: motion.transpose()?,
         })
     }
+}
+
+/// The geometric mean ratio of triangles of levels to those of the baseline at equal errors. `None` if no error is between
+/// levels of the baseline.
+fn relative(levels: &[(usize, f32)], baseline: &[(usize, f32)]) -> Option<f64> {
+    let baseline = || {
+        baseline
+            .iter()
+            .map(|&(count, error)| (count as f64, error.into()))
+    };
+    let ratio =
+        |&(count, error): &(usize, f32)| Some(count as f64 / at_error(baseline(), error.into())?);
+    geometric_mean(levels.iter().filter_map(ratio))
 }
 
 /// A row for each character, and the means.
@@ -243,7 +249,6 @@ pub fn table(results: &[CharacterResult]) -> String {
     );
     let or_none = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
     for result in results {
-        let pictures = result.pictures.as_ref();
         let _ = writeln!(
             text,
             "{:<16}  {:>5}  {:>9}  {:>5}  {:>10.2}  {:>14.2}  {:>18}  {:>13}",
@@ -254,7 +259,7 @@ pub fn table(results: &[CharacterResult]) -> String {
             result.of_promise,
             result.plain_of_bind,
             or_none(result.at_equal_deviation),
-            or_none(pictures.and_then(|pictures| pictures.at_equal_rmse)),
+            or_none(result.at_equal_rmse),
         );
     }
     let mean = |ratio: fn(&CharacterResult) -> Option<f64>| {
@@ -264,7 +269,7 @@ pub fn table(results: &[CharacterResult]) -> String {
         text,
         "mean: {} at equal deviation, {} at equal RMSE",
         mean(|result| result.at_equal_deviation),
-        mean(|result| result.pictures.as_ref()?.at_equal_rmse),
+        mean(|result| result.at_equal_rmse),
     );
     text + &motion_table(results)
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::pictures::{common_surface, posed};
 use crate::eye::Eye;
 use crate::holes::unpaired_edges;
-use crate::measure::image_error;
+use crate::measure::{greatest, image_error};
 use crate::props::{ERROR_PX, direction, eye};
 use crate::render::{Picture, RenderError, Renderer, SUPERSAMPLING};
 
@@ -44,7 +44,7 @@ pub struct MotionFrame {
     pub rmse_without_change: Option<f64>,
     /// Holes of this level.
     pub holes: Holes,
-    /// Holes of the finest level of the baseline with at most as many triangles. The baseline has no full detail.
+    /// Holes of the coarsest level of the baseline with at least as many triangles. Its finest level is the source.
     pub plain_holes: Holes,
 }
 
@@ -74,36 +74,32 @@ impl Motion {
         let surface = common_surface(character);
         let mut frames = Vec::new();
         for (radius_px, time) in way(clip) {
-            let eye = eye(&baked.groups[0].bounds, direction(3, 8), radius_px);
-            select(baked, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
-            let level = cut.units().first().map_or(0, |&unit| unit as usize);
-            let before = last.replace(level).filter(|last| *last != level);
             // The pose may be degenerate at this time.
             let Some(pose) = pose_at(character, import, clip, time) else {
                 continue;
             };
+            let eye = eye(&baked.groups[0].bounds, direction(3, 8), radius_px);
+            select(baked, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
+            let level = cut.units().first().map_or(0, |&unit| unit as usize);
+            let before = last.replace(level).filter(|last| *last != level);
+            let plain = std::iter::once(&levels[0]).chain(plain);
+            let plain = plain.filter(|plain| plain.len() >= levels[level].len());
             let drawn = [&levels[level], &levels[before.unwrap_or(level)]];
-            let plain = plain
-                .iter()
-                .find(|plain| plain.len() <= levels[level].len());
+            let plain = plain.min_by_key(|plain| plain.len());
             let posed = posed(character, &pose, drawn.into_iter().chain(plain));
             let model = renderer.upload(&posed, surface);
             let full = renderer.draw(&model, &eye, &[0])?;
             let picture = renderer.draw(&model, &eye, &[1])?;
             let rmse = |picture: &Picture| image_error(&full, picture, false).rmse;
             let of_before = before.map(|_| renderer.draw(&model, &eye, &[2]));
-            let of_plain = plain.map(|_| renderer.draw(&model, &eye, &[3]));
+            let of_plain = renderer.draw(&model, &eye, &[3])?;
             // Units of `posed`: 0 is the source, 1 the level, 2 the level of the last frame, 3 the baseline.
             frames.push(MotionFrame {
                 level: level as u32,
                 rmse: rmse(&picture),
                 rmse_without_change: of_before.transpose()?.as_ref().map(rmse),
                 holes: Holes::of(&full, &picture, &eye, (&posed, 1)),
-                plain_holes: of_plain
-                    .transpose()?
-                    .map_or_else(Holes::default, |picture| {
-                        Holes::of(&full, &picture, &eye, (&posed, 3))
-                    }),
+                plain_holes: Holes::of(&full, &of_plain, &eye, (&posed, 3)),
             });
         }
         Ok(Self { frames })
@@ -123,13 +119,13 @@ impl Motion {
     /// after these: the largest over all changes. It is above 1 if an error stands out where a level changes.
     #[must_use]
     pub fn largest_peak(&self) -> f64 {
-        let most = |frames: &[MotionFrame]| frames.iter().map(|it| it.rmse).fold(0.0, f64::max);
+        let most = |frames: &[MotionFrame]| greatest(frames.iter().map(|it| it.rmse));
         let peaks = self.windows().map(|window| {
             let (before, rest) = window.split_at(NEIGHBOURS);
             let (change, after) = rest.split_at(2);
-            most(change) / most(before).max(most(after))
+            most(change) / most(before).max(most(after)).max(f64::MIN_POSITIVE)
         });
-        peaks.fold(0.0, f64::max)
+        greatest(peaks)
     }
 
     /// The largest ratio of the RMSE of two levels in the frame of their change. Changes from and to full detail are left

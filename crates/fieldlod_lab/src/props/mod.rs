@@ -1,7 +1,7 @@
 //! Image errors of the levels of whole meshes, by size on screen.
 //!
 //! Every level of the whole mesh is drawn and compared with the source, from directions spread over
-//! the sphere. [`RADII_PX`] are the radii of the bounding sphere on screen.
+//! the sphere. [`RADII_PX`] are the radii of the bounding sphere on screen. Textures are not drawn.
 
 mod prop;
 
@@ -53,7 +53,7 @@ pub struct LevelResult {
 pub struct Look {
     /// Root mean squared difference of the colour channels, on a scale of 255.
     pub rmse: f64,
-    /// Mean of FLIP, 0 to 1.
+    /// Sum of FLIP by shown pixel; see [`ImageError::flip`](crate::measure::ImageError::flip).
     pub flip: f64,
     /// Covered area, relative to that of the source.
     pub covered: f64,

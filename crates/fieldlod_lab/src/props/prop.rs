@@ -84,12 +84,12 @@ impl Prop {
     #[must_use]
     pub fn selected(&self, eye: &Eye) -> Units {
         let settings = LodSettings::with_error_px(ERROR_PX);
-        let mut cut = Cut::default();
-        let mut unit = |mesh: &Hierarchy| {
+        let unit = |mesh: &Hierarchy| {
+            let mut cut = Cut::default();
             select(mesh, &Affine3A::IDENTITY, &eye.view(), &settings, &mut cut);
             cut.units().to_vec()
         };
-        self.meshes.iter().map(&mut unit).collect()
+        self.meshes.iter().map(unit).collect()
     }
 
     /// Triangles of some units.

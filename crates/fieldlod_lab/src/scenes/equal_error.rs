@@ -7,7 +7,7 @@ use crate::render::RenderError;
 
 /// Relative difference below which errors count as equal. A larger difference shows in the table; a smaller one
 /// costs tries, because pictures change in steps.
-const EQUAL: f64 = 0.004;
+pub(super) const EQUAL: f64 = 0.004;
 /// The largest number of thresholds to try. Fewer may stop before the errors are equal; each try draws all frames.
 const MAX_TRIES: usize = 9;
 /// The first guess of p, where errors grow with the p-th power of the threshold. The later tries measure p, so another

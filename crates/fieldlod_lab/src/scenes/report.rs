@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::equal_error::{Row, rows};
+use super::equal_error::{EQUAL, Row, rows};
 use super::frame::{Frame, Stage};
 use super::world::World;
 use crate::render::{RenderError, Renderer};
@@ -55,15 +55,17 @@ pub fn table(result: &WorldResult) -> String {
         result.source_triangles
     );
     for row in &result.rows {
+        let is_equal = (row.rmse / result.rows[0].rmse).ln().abs() < EQUAL;
         let _ = writeln!(
             text,
-            "| {} | {:.3} | {:.0} | {:.2} | {:.2} | {:.2} | {:.4} |",
+            "| {} | {:.3} | {:.0} | {:.2} | {:.2} | {:.2}{} | {:.4} |",
             if row.visible_flux { "with" } else { "without" },
             row.threshold_px,
             row.triangles,
             row.share,
             row.worst_share,
             row.rmse,
+            if is_equal { "" } else { " (not equal)" },
             row.flip
         );
     }

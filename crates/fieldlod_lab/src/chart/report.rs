@@ -136,7 +136,9 @@ fn mean_point(poses: &[&PoseResult], method: Method, at_px: f64) -> Option<Trian
     }
     let mean = |of: fn(&CurvePlace) -> Option<f64>| {
         let base = geometric_mean(based.iter().filter_map(|pair| of(&pair.base)));
-        let ratio = |pair: &Pair| Some(of(&pair.method)? / of(&pair.base)?);
+        // Full detail has the threshold 0, which has no ratio.
+        let of_base = |pair: &Pair| of(&pair.base).filter(|base| *base > 0.0);
+        let ratio = |pair: &Pair| Some(of(&pair.method)? / of_base(pair)?);
         Some(base? * geometric_mean(pairs.iter().filter_map(ratio))?)
     };
     Some(TrianglesAtError {

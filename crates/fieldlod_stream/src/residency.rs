@@ -87,6 +87,12 @@ pub struct Statistics {
     pub failed: u64,
 }
 
+impl Default for Residency {
+    fn default() -> Self {
+        Self::new(StreamSettings::default())
+    }
+}
+
 impl Residency {
     /// Creates a residency without meshes.
     #[must_use]

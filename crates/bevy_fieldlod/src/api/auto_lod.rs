@@ -80,6 +80,14 @@ impl AutoLod {
             ..Self::default()
         }
     }
+
+    /// Without the bias, which does not affect preparation. Entities with equal requests share levels.
+    pub(crate) fn request(&self) -> Self {
+        Self {
+            bias: 1.0,
+            ..self.clone()
+        }
+    }
 }
 
 /// Excludes the meshes of this entity and of its descendants from the [`AutoLod`] of an ancestor and from

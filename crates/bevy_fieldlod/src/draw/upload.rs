@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 use bevy::asset::AssetId;
+use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
 use bevy::render::render_asset::RenderAssets;
@@ -28,25 +29,24 @@ struct SentMeshes {
 }
 
 impl UploadQueue {
-    /// Adds meshes to the assets. The result becomes true once the GPU has all of them.
+    /// Adds the meshes of units to the assets. The flag becomes true once the GPU has all of them.
     pub(crate) fn send(
         &self,
-        meshes: Vec<(Handle<Mesh>, Mesh)>,
+        meshes: impl IntoIterator<Item = (u32, Mesh)>,
         assets: &mut Assets<Mesh>,
-    ) -> Arc<AtomicBool> {
+    ) -> (HashMap<u32, Handle<Mesh>>, Arc<AtomicBool>) {
         let uploaded = Arc::new(AtomicBool::new(self.waiting.is_none()));
-        let mut sent = Vec::with_capacity(meshes.len());
-        for (handle, mesh) in meshes {
-            if let Err(error) = assets.insert(&handle, mesh) {
-                error!("could not add the mesh of a level: {error}");
-            }
-            sent.push(handle);
-        }
+        let meshes = meshes.into_iter();
+        let added: HashMap<_, _> = meshes
+            .map(|(unit, mesh)| (unit, assets.add(mesh)))
+            .collect();
         if let Some(waiting) = &self.waiting {
-            let (meshes, uploaded) = (sent, uploaded.clone());
-            lock(waiting).push(SentMeshes { meshes, uploaded });
+            lock(waiting).push(SentMeshes {
+                meshes: added.values().cloned().collect(),
+                uploaded: uploaded.clone(),
+            });
         }
-        uploaded
+        (added, uploaded)
     }
 
     /// Whether the GPU has lost all meshes since the last call.

@@ -1,7 +1,7 @@
 //! The memory of streamed meshes.
 
 use bevy::prelude::*;
-use fieldlod_stream::{Residency, StreamSettings};
+use fieldlod_stream::Residency;
 
 /// The memory of the meshes of `.fieldpages` files, which have the budgets of
 /// [`FieldLodAppConfig::memory`](crate::FieldLodAppConfig::memory). The plugin keeps it up to date.
@@ -42,7 +42,7 @@ pub struct FieldLodMemory {
 impl Default for FieldLodMemory {
     /// Nothing is loaded; the coarsening is 1.
     fn default() -> Self {
-        Self::of(&Residency::new(StreamSettings::default()))
+        Self::of(&Residency::default())
     }
 }
 

@@ -64,12 +64,12 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
     let hierarchy = &mesh.paged().graph;
     let units = hierarchy.units.iter();
     let mut pieces: Vec<_> = units
-        .map(|unit| (piece_of(hierarchy, unit, OnceLock::new()), None))
+        .map(|unit| piece_of(hierarchy, unit, OnceLock::new()))
         .collect();
+    let mut meshes = Vec::new();
     for unit in mesh.first_page()? {
-        let (piece, mesh) = &mut pieces[unit.index as usize];
-        piece.aabb = OnceLock::from(unit.aabb);
-        *mesh = Some(unit.mesh);
+        pieces[unit.index as usize].aabb = OnceLock::from(unit.aabb);
+        meshes.push((unit.index, unit.mesh));
     }
     Ok(PreparedMesh {
         kind: LodKind::Clusters,
@@ -77,6 +77,7 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
         origin: LodOrigin::File,
         table: GroupTable::new(hierarchy),
         pieces,
+        meshes,
         units: None,
         triangles_full: hierarchy.source_triangle_count() as u32,
         is_measured: hierarchy.is_measured(),

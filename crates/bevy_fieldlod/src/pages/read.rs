@@ -1,39 +1,22 @@
 //! Reads the resident beginning of `.fieldpages` files, and single pages.
 
+use std::error::Error;
 use std::io::{self, SeekFrom};
 use std::ops::Range;
 use std::path::PathBuf;
 
-use bevy::asset::io::{
-    AssetReaderError, MissingAssetSourceError, MissingProcessedAssetReaderError, Reader,
-};
+use bevy::asset::io::Reader;
 use bevy::asset::{AssetPath, AssetServer, AssetServerMode, AsyncReadExt, AsyncSeekExt};
-use bevy::mesh::MeshAccessError;
 use bevy::prelude::*;
 use bevy::tasks::AsyncComputeTaskPool;
 use fieldlod_hierarchy::{FileError, Hierarchy, PagedFile};
-use thiserror::Error;
 
 use crate::assets::file_parts::{AssetFolder, read_part};
 use crate::assets::lod_pages::{LodPages, PagePlace};
 use crate::pages::mesh_in_pages::{MeshInPages, UnitOfPage};
 
 /// Why a page could not be read.
-#[derive(Debug, Error)]
-pub(super) enum PageError {
-    #[error(transparent)]
-    Source(#[from] MissingAssetSourceError),
-    #[error(transparent)]
-    Processed(#[from] MissingProcessedAssetReaderError),
-    #[error(transparent)]
-    Open(#[from] AssetReaderError),
-    #[error(transparent)]
-    Read(#[from] io::Error),
-    #[error(transparent)]
-    File(#[from] FileError),
-    #[error(transparent)]
-    Mesh(#[from] MeshAccessError),
-}
+pub(super) type PageError = Box<dyn Error + Send + Sync>;
 
 impl LodPages {
     /// Reads the table of contents and the first pages, or the whole file if its reader cannot seek.
@@ -116,11 +99,15 @@ async fn read_next(reader: &mut dyn Reader, count: u64) -> io::Result<Vec<u8>> {
 
 fn part<'a>(bytes: &'a [u8], range: &Range<u64>) -> Result<&'a [u8], FileError> {
     let part = bytes.get(range.start as usize..range.end as usize);
-    part.ok_or(FileError::Truncated {
+    part.ok_or(truncated(range.end, bytes.len() as u64))
+}
+
+fn truncated(needed: u64, available: u64) -> FileError {
+    FileError::Truncated {
         what: "the file",
-        needed: range.end,
-        available: bytes.len() as u64,
-    })
+        needed,
+        available,
+    }
 }
 
 impl MeshInPages {
@@ -137,11 +124,7 @@ impl MeshInPages {
             PagePlace::Memory(bytes) => part(bytes, &(start..end))?.to_vec(),
         };
         if (bytes.len() as u64) < end - start {
-            return Err(PageError::File(FileError::Truncated {
-                what: "the file",
-                needed: end,
-                available: start + bytes.len() as u64,
-            }));
+            return Err(truncated(end, start + bytes.len() as u64).into());
         }
         // Decoding takes long, and the few threads for input and output have other reads to do.
         let decode = async move {

@@ -32,7 +32,7 @@ const MAX_CONCURRENT_READS: usize = 32;
 const SLOW: Duration = Duration::from_secs(2);
 
 /// The streamed meshes, and their pages that are being loaded.
-#[derive(Resource)]
+#[derive(Resource, Default)]
 pub(super) struct PageStreams {
     residency: Residency,
     /// The paged mesh of each source mesh. It is added before its first page is prepared.
@@ -66,25 +66,8 @@ struct ReadingPage {
 /// A page on its way to the GPU.
 struct SentPage {
     page: StreamPageId,
-    meshes: Vec<(u32, Handle<Mesh>)>,
+    meshes: HashMap<u32, Handle<Mesh>>,
     uploaded: Arc<AtomicBool>,
-}
-
-impl Default for PageStreams {
-    fn default() -> Self {
-        Self {
-            residency: Residency::new(StreamSettings::default()),
-            sources: default(),
-            meshes: default(),
-            by_mesh: default(),
-            queued: default(),
-            reading: default(),
-            sending: default(),
-            logged_failures: default(),
-            logged_slow: default(),
-            logged_too_small: false,
-        }
-    }
 }
 
 impl PageStreams {
@@ -153,9 +136,9 @@ impl PageStreams {
             if let Some(lod) = mesh.lod.upgrade() {
                 // The GPU memory is freed with the last handle. Idle units, whose entities have others, are despawned
                 // below.
-                let mut transient = lock(&lod.transient);
+                let mut meshes = lock(&lod.meshes);
                 of_page().for_each(|unit| {
-                    transient.remove(&unit);
+                    meshes.remove(&unit);
                 });
             }
             self.update_available_groups(page.mesh, scene);
@@ -266,18 +249,15 @@ pub(super) fn upload_read_pages(
                 let Some(lod) = streams.meshes[&page.mesh].lod.upgrade() else {
                     continue;
                 };
-                let (mut named, mut sent) = (Vec::new(), Vec::new());
-                for unit in units {
-                    let handle = meshes.reserve_handle();
+                let units = units.into_iter().map(|unit| {
                     // A second read of the page finds the box already set, to the same value.
                     let _ = lod.pieces[unit.index as usize].aabb.set(unit.aabb);
-                    named.push((unit.index, handle.clone()));
-                    sent.push((handle, unit.mesh));
-                }
-                let uploaded = uploads.send(sent, &mut meshes);
+                    (unit.index, unit.mesh)
+                });
+                let (meshes, uploaded) = uploads.send(units, &mut meshes);
                 streams.sending.push(SentPage {
                     page,
-                    meshes: named,
+                    meshes,
                     uploaded,
                 });
             }
@@ -295,7 +275,7 @@ pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: Re
     for SentPage { page, meshes, .. } in uploaded {
         let lod = streams.meshes[&page.mesh].lod.upgrade();
         if let Some(lod) = lod.filter(|_| streams.residency.set_loaded(page)) {
-            lock(&lod.transient).extend(meshes);
+            lock(&lod.meshes).extend(meshes);
             changed.insert(page.mesh);
         }
     }

@@ -1,6 +1,6 @@
 //! Collects the results of background tasks.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use bevy::prelude::*;
 use bevy::tasks::{block_on, poll_once};
@@ -10,7 +10,7 @@ use super::lookup::{LodMeshEntry, LodMeshes};
 use crate::api::config::FieldLodAppConfig;
 use crate::api::events::{FieldLodEvent, LodOrigin, asset_name, asset_path};
 use crate::draw::upload::UploadQueue;
-use crate::scene::lod_mesh::{LodMesh, LodPiece};
+use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 
 /// Collects the meshes whose tasks have ended.
@@ -57,7 +57,7 @@ pub(super) fn collect_prepared_meshes(
     known.end_of_collection();
 }
 
-/// Adds a mesh to the scene, and sends its pieces to the GPU.
+/// Adds a mesh to the scene, and sends its meshes to the GPU.
 fn add_mesh(
     prepared: PreparedMesh,
     is_stored: bool,
@@ -65,28 +65,17 @@ fn add_mesh(
     meshes: &mut Assets<Mesh>,
     uploads: &UploadQueue,
 ) -> Arc<LodMesh> {
-    let mut sent = Vec::new();
-    // `UploadQueue::send` inserts the meshes, and reports when the GPU has all of them.
-    let mut reserve = |mesh: Mesh| {
-        let handle = meshes.reserve_handle();
-        sent.push((handle.clone(), mesh));
-        handle
-    };
-    let pieces = prepared.pieces.into_iter().map(|(piece, mesh)| LodPiece {
-        mesh: mesh.map(&mut reserve),
-        ..piece
-    });
-    let pieces = pieces.collect();
+    let (resident, uploaded) = uploads.send(prepared.meshes, meshes);
     Arc::new(LodMesh {
         id: scene.scene.add_table(prepared.table),
         kind: prepared.kind,
         rig: prepared.rig,
-        pieces,
+        pieces: prepared.pieces,
+        meshes: Mutex::new(resident),
         units: prepared.units,
         is_stored,
         triangles_full: prepared.triangles_full,
         uv_per_area: prepared.uv_per_area,
-        uploaded: uploads.send(sent, meshes),
-        transient: default(),
+        uploaded,
     })
 }

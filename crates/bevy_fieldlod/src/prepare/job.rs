@@ -57,8 +57,10 @@ pub(crate) struct PreparedMesh {
     /// `None` unless joints or morph targets move the vertices.
     pub(crate) rig: Option<Rig>,
     pub(crate) table: GroupTable,
-    /// One per unit of the hierarchy, with its mesh; `None` where [`LodPiece::mesh`] stays `None`.
-    pub(crate) pieces: Vec<(LodPiece, Option<Mesh>)>,
+    /// One per unit of the hierarchy.
+    pub(crate) pieces: Vec<LodPiece>,
+    /// The meshes of units that are on the GPU before any is drawn.
+    pub(crate) meshes: Vec<(u32, Mesh)>,
     /// Makes the meshes of units when they are first drawn.
     pub(crate) units: Option<UnitMeshes>,
     pub(crate) triangles_full: u32,
@@ -92,12 +94,17 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         None if rig.is_some() => return Err(LodError::Rigged),
         None => (LodKind::Clusters, baked),
     };
+    let pieces = hierarchy.units.iter().map(|unit| {
+        let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
+        piece_of(&hierarchy, unit, OnceLock::from(aabb))
+    });
     Ok(PreparedMesh {
         kind,
         origin,
         rig,
         table: GroupTable::new(&hierarchy),
-        pieces: pieces_of(&job, &hierarchy, kind)?,
+        pieces: pieces.collect(),
+        meshes: meshes_of(&job, &hierarchy, kind)?,
         units: (kind == LodKind::Clusters && !job.all_units).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
@@ -157,32 +164,28 @@ fn find_beside_asset(
     Ok(found)
 }
 
-/// The piece of each unit, with its mesh unless the mesh is made later.
-fn pieces_of(
+/// The meshes of units that are not made later.
+fn meshes_of(
     job: &PrepareJob,
     hierarchy: &Hierarchy,
     kind: LodKind,
-) -> Result<Vec<(LodPiece, Option<Mesh>)>, MeshAccessError> {
+) -> Result<Vec<(u32, Mesh)>, MeshAccessError> {
     let source = &job.mesh;
     let is_drawable = source.asset_usage.contains(RenderAssetUsages::RENDER_WORLD);
-    let piece = |(index, unit): (usize, &Unit)| {
-        let has_mesh = match kind {
-            // Level 0 is the source itself, unless the source is in main memory only.
-            LodKind::WholeMesh => index > 0 || !is_drawable,
-            _ => job.all_units,
-        };
-        let mesh = has_mesh.then(|| unit_mesh(source, hierarchy, 0, unit));
-        let aabb = Aabb::from_min_max(unit.aabb.min, unit.aabb.max);
-        let piece = piece_of(hierarchy, unit, OnceLock::from(aabb));
-        Ok((piece, mesh.transpose()?))
+    let has_mesh = |index: u32| match kind {
+        // Level 0 is the source itself, unless the source is in main memory only.
+        LodKind::WholeMesh => index > 0 || !is_drawable,
+        _ => job.all_units,
     };
-    hierarchy.units.iter().enumerate().map(piece).collect()
+    let units = (0..).zip(&hierarchy.units);
+    let units = units.filter(|(index, _)| has_mesh(*index));
+    let meshes = units.map(|(index, unit)| Ok((index, unit_mesh(source, hierarchy, 0, unit)?)));
+    meshes.collect()
 }
 
-/// The piece of a unit, without its mesh.
+/// The piece of a unit.
 pub(crate) fn piece_of(hierarchy: &Hierarchy, unit: &Unit, aabb: OnceLock<Aabb>) -> LodPiece {
     LodPiece {
-        mesh: None,
         aabb,
         level: hierarchy.level_of(unit),
         // The finest units are source geometry, which no group produced.

@@ -12,7 +12,7 @@ use bevy::tasks::{BoxedFuture, Task};
 use fieldlod_bake::BakeConfig;
 
 #[cfg(feature = "bake")]
-use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedFiles, Surfaces};
+use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedBake, RiggedFiles, Surfaces};
 use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::sidecar::SidecarFiles;
@@ -22,7 +22,7 @@ use crate::api::auto_lod::AutoLod;
 use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
-use crate::scene::lod_mesh::{LodMesh, LodRequest};
+use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
 use crate::scene::rig::is_rigged;
 
@@ -34,9 +34,7 @@ pub(crate) type LevelProvider =
 #[derive(Resource, Default)]
 pub(crate) struct LodMeshes {
     /// The entries of each mesh, one per request.
-    entries: HashMap<AssetId<Mesh>, Vec<(LodRequest, LodMeshEntry)>>,
-    /// The file of each mesh whose [`AutoLod`] names one.
-    file_of: HashMap<AssetId<Mesh>, AssetId<BakedLods>>,
+    entries: HashMap<AssetId<Mesh>, Vec<(AutoLod, LodMeshEntry)>>,
     /// The provider of each mesh that has one.
     providers: HashMap<AssetId<Mesh>, LevelProvider>,
     /// The glTF file of each skinned or morphed mesh.
@@ -48,7 +46,7 @@ pub(crate) struct LodMeshes {
     pub(super) in_preparation: InPreparation,
     changing: ChangingMeshes,
     /// Requests that could not be started in this frame. Other entities with the same request do not retry them.
-    not_started: HashMap<AssetId<Mesh>, Vec<LodRequest>>,
+    not_started: HashMap<AssetId<Mesh>, Vec<AutoLod>>,
     #[cfg(feature = "bake")]
     together: AllTogether,
     #[cfg(feature = "bake")]
@@ -97,21 +95,12 @@ pub(super) enum LodMeshEntry {
     Plain(Option<LodError>),
 }
 
-/// A request cannot be started yet, because an asset is being loaded or too many tasks are running.
-pub(super) struct NotYet;
-
 /// Why a request was not started.
-enum NotStarted {
-    /// It is retried in the next frame.
+pub(super) enum NotStarted {
+    /// An asset is being loaded, or too many tasks are running. It is retried in the next frame.
     NotYet,
     /// The source mesh is drawn.
     Failed(LodError),
-}
-
-impl From<NotYet> for NotStarted {
-    fn from(_: NotYet) -> Self {
-        Self::NotYet
-    }
 }
 
 impl LodMeshes {
@@ -148,7 +137,6 @@ impl LodMeshes {
 
     /// Removes everything that is stored for a removed mesh, except its levels.
     pub(super) fn remove_source(&mut self, mesh: AssetId<Mesh>) {
-        self.file_of.remove(&mesh);
         self.providers.remove(&mesh);
         self.rigged.remove(&mesh);
         self.changing.remove(mesh);
@@ -156,21 +144,19 @@ impl LodMeshes {
         self.together.remove_source(mesh);
     }
 
-    /// The meshes whose [`AutoLod`] names `file`; with `only_failed`, not those with levels or in preparation.
+    /// The meshes whose [`AutoLod`] names `file`; with `only_failed`, those that failed.
     pub(super) fn meshes_of_file(
         &self,
         file: AssetId<BakedLods>,
         only_failed: bool,
     ) -> Vec<AssetId<Mesh>> {
-        let has_failed = |mesh: AssetId<Mesh>| {
-            let mut entries = self.entries.get(&mesh).into_iter().flatten();
-            entries.all(|(_, entry)| matches!(entry, LodMeshEntry::Plain(_)))
+        let is_affected = |(request, entry): &(AutoLod, LodMeshEntry)| {
+            let is_of_file = request.baked.as_ref().is_some_and(|of| of.id() == file);
+            is_of_file && (!only_failed || matches!(entry, LodMeshEntry::Plain(Some(_))))
         };
-        let meshes = self.file_of.iter().filter(|(_, of)| **of == file);
-        meshes
-            .map(|(mesh, _)| *mesh)
-            .filter(|mesh| !only_failed || has_failed(*mesh))
-            .collect()
+        let meshes = self.entries.iter();
+        let affected = meshes.filter(|(_, entries)| entries.iter().any(is_affected));
+        affected.map(|(mesh, _)| *mesh).collect()
     }
 
     /// The meshes with levels that no entity uses and that a cache or a file has.
@@ -205,7 +191,7 @@ impl LodMeshes {
             self.together.remove_groups_of(mesh);
             // The glTF file of the mesh may have changed.
             if self.rigged.contains_key(&mesh) {
-                self.rigged_files.clear();
+                self.rigged_files = default();
             }
         }
         let is_known = self.has_entries(mesh);
@@ -239,19 +225,19 @@ impl LodMeshes {
         if self.in_preparation.meshes == 0 {
             self.threads.end_loading_screen();
             // Files and materials may change before the next task.
-            self.sidecars.clear();
+            self.sidecars = default();
             #[cfg(feature = "bake")]
-            self.together.clear();
-            #[cfg(feature = "bake")]
-            self.surfaces.clear();
-            #[cfg(feature = "bake")]
-            self.rigged_files.clear();
+            {
+                self.together.clear();
+                self.surfaces = default();
+                self.rigged_files = default();
+            }
         }
     }
 
     /// The files of rigged meshes of which some are being prepared or uploaded, or could not be started.
     fn find_unready_files(&self) -> HashSet<AssetPath<'static>> {
-        let is_unready = |(_, entry): &(LodRequest, LodMeshEntry)| match entry {
+        let is_unready = |(_, entry): &(AutoLod, LodMeshEntry)| match entry {
             LodMeshEntry::Preparing(..) => true,
             LodMeshEntry::Ready(lod) => !lod.is_uploaded(),
             LodMeshEntry::Plain(_) => false,
@@ -315,9 +301,9 @@ impl LodMeshLookup<'_> {
         }
         // Providers ignore the request, so that all entities with the mesh share one entry.
         let request = if self.known.providers.contains_key(&mesh) {
-            LodRequest::of(&AutoLod::default())
+            AutoLod::default()
         } else {
-            LodRequest::of(auto_lod)
+            auto_lod.request()
         };
         let index = self.find_or_start(mesh, &request, may_start, material_of)?;
         let known = &*self.known;
@@ -331,11 +317,11 @@ impl LodMeshLookup<'_> {
     fn find_or_start(
         &mut self,
         mesh: AssetId<Mesh>,
-        request: &LodRequest,
+        request: &AutoLod,
         may_start: bool,
         material_of: &MaterialOf<'_>,
     ) -> Option<usize> {
-        let is_same = |(one, _): &(LodRequest, LodMeshEntry)| one == request;
+        let is_same = |(one, _): &(AutoLod, LodMeshEntry)| one == request;
         let entries = self.known.entries.get(&mesh);
         if let Some(index) = entries.and_then(|entries| entries.iter().position(is_same)) {
             return Some(index);
@@ -366,11 +352,11 @@ impl LodMeshLookup<'_> {
     fn start(
         &mut self,
         mesh: AssetId<Mesh>,
-        request: &LodRequest,
+        request: &AutoLod,
         material_of: &MaterialOf<'_>,
     ) -> Result<LodMeshEntry, NotStarted> {
         // An entity may have the handle of a mesh that is still being loaded.
-        let source = self.meshes.get(mesh).ok_or(NotYet)?;
+        let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?;
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();
         let kind = if is_rigged(source) {
@@ -379,7 +365,11 @@ impl LodMeshLookup<'_> {
                 let file = path.without_label().into_owned();
                 self.known.rigged.insert(mesh, file);
             }
-            kind_of_rigged(request.kind)
+            // Small primitives of a character change levels with the others.
+            match request.kind {
+                LodKind::Plain => LodKind::Plain,
+                _ => LodKind::WholeMesh,
+            }
         } else {
             self.kind_of(mesh, request, triangles)
         };
@@ -394,12 +384,21 @@ impl LodMeshLookup<'_> {
             Some(provider) => provider(source.clone()),
             None => {
                 let sources = self.sources(mesh, request, kind, material_of)?;
-                let source = self.meshes.get(mesh).ok_or(NotYet)?.clone();
+                let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?.clone();
                 let kind = match (request.kind, kind) {
                     (LodKind::Auto, LodKind::Clusters) => LodKind::Auto,
                     (_, kind) => kind,
                 };
-                Box::pin(prepare(self.job(mesh, source, kind, sources)))
+                let path = self.assets.get_path(mesh);
+                let limit = self.upload_limit.as_ref();
+                Box::pin(prepare(PrepareJob {
+                    mesh: source,
+                    name: asset_name(&self.assets, mesh),
+                    place: path.and_then(|path| place_in_gltf(path.label()?)),
+                    kind,
+                    all_units: limit.is_some_and(|limit| limit.max_bytes.is_some()),
+                    sources,
+                }))
             }
         };
         let task = self.threads().tasks.spawn(prepared);
@@ -409,7 +408,7 @@ impl LodMeshLookup<'_> {
 
     /// The kind of a mesh that is not rigged. A small primitive that is baked with others changes levels with them:
     /// otherwise there would be cracks.
-    fn kind_of(&self, mesh: AssetId<Mesh>, request: &LodRequest, triangles: usize) -> LodKind {
+    fn kind_of(&self, mesh: AssetId<Mesh>, request: &AutoLod, triangles: usize) -> LodKind {
         let kind_for = |triangles| self.config.kind_for(request.kind, triangles);
         if request.kind == LodKind::Plain || kind_for(triangles) != LodKind::Plain {
             return kind_for(triangles);
@@ -431,25 +430,6 @@ impl LodMeshLookup<'_> {
         }
     }
 
-    fn job(
-        &self,
-        mesh: AssetId<Mesh>,
-        source: Mesh,
-        kind: LodKind,
-        sources: Vec<LevelSource>,
-    ) -> PrepareJob {
-        let path = self.assets.get_path(mesh);
-        let limit = self.upload_limit.as_ref();
-        PrepareJob {
-            mesh: source,
-            name: asset_name(&self.assets, mesh),
-            place: path.and_then(|path| place_in_gltf(path.label()?)),
-            kind,
-            all_units: limit.is_some_and(|limit| limit.max_bytes.is_some()),
-            sources,
-        }
-    }
-
     fn threads(&mut self) -> &Threads {
         self.known.threads.of(*self.priority, &self.config)
     }
@@ -458,13 +438,13 @@ impl LodMeshLookup<'_> {
     fn sources(
         &mut self,
         mesh: AssetId<Mesh>,
-        request: &LodRequest,
+        request: &AutoLod,
         kind: LodKind,
         material_of: &MaterialOf<'_>,
     ) -> Result<Vec<LevelSource>, NotStarted> {
         // The fallback to another source would hide that a named file is missing or stale.
         if let Some(file) = &request.baked {
-            return Ok(vec![self.file(mesh, file)?]);
+            return Ok(vec![self.file(file)?]);
         }
         let path = self.assets.get_path(mesh).map(AssetPath::into_owned);
         let is_rigged = self.meshes.get(mesh).is_some_and(is_rigged);
@@ -495,31 +475,23 @@ impl LodMeshLookup<'_> {
 
     /// The bake of a skinned or morphed primitive of a glTF file; `None` for other files.
     #[cfg(feature = "bake")]
-    fn rigged_bake(
-        &mut self,
-        path: AssetPath<'static>,
-        request: &LodRequest,
-    ) -> Option<LevelSource> {
+    fn rigged_bake(&mut self, path: AssetPath<'static>, request: &AutoLod) -> Option<LevelSource> {
         let place = place_in_gltf(path.label()?)?;
         let threads = self.threads().bakes.clone();
-        Some(LevelSource::BakeRigged(self.known.rigged_files.job(
-            self.assets.clone(),
-            path.without_label().into_owned(),
+        let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+        let file = path.without_label().into_owned();
+        Some(LevelSource::BakeRigged(RiggedBake {
+            assets: self.assets.clone(),
+            file: self.known.rigged_files.find(file, config),
             place,
-            request.bake.as_ref().unwrap_or(&self.config.bake),
-            self.config.cache_folder.clone(),
-            self.config.bake_at_run_time.then_some(threads),
-        )))
+            cache_folder: self.config.cache_folder.clone(),
+            threads: self.config.bake_at_run_time.then_some(threads),
+        }))
     }
 
     /// The file that an [`AutoLod`] names.
-    fn file(
-        &mut self,
-        mesh: AssetId<Mesh>,
-        handle: &Handle<BakedLods>,
-    ) -> Result<LevelSource, NotStarted> {
+    fn file(&self, handle: &Handle<BakedLods>) -> Result<LevelSource, NotStarted> {
         let file = asset_name(&self.assets, handle.id());
-        self.known.file_of.insert(mesh, handle.id());
         match self.files.get(handle) {
             // Only `LodMesh3d` streams pages: the mesh of this entity is the source.
             Some(loaded) if loaded.pages.is_some() => {
@@ -539,10 +511,10 @@ impl LodMeshLookup<'_> {
     fn bake_job(
         &mut self,
         mesh: AssetId<Mesh>,
-        request: &LodRequest,
+        request: &AutoLod,
         kind: LodKind,
         material_of: &MaterialOf<'_>,
-    ) -> Result<BakeJob, NotYet> {
+    ) -> Result<BakeJob, NotStarted> {
         let threads = self.threads().bakes.clone();
         let config = request.bake.as_ref().unwrap_or(&self.config.bake);
         let is_whole = kind == LodKind::WholeMesh;
@@ -572,13 +544,5 @@ impl LodMeshLookup<'_> {
             surface,
             member,
         })
-    }
-}
-
-/// The kind of a skinned or morphed mesh. Small primitives of a character change levels with the others.
-fn kind_of_rigged(kind: LodKind) -> LodKind {
-    match kind {
-        LodKind::Plain => LodKind::Plain,
-        _ => LodKind::WholeMesh,
     }
 }

@@ -23,11 +23,6 @@ pub(crate) struct SidecarFiles {
 }
 
 impl SidecarFiles {
-    /// Clears the cache, because files may change.
-    pub(crate) fn clear(&self) {
-        lock(&self.files).clear();
-    }
-
     /// Finds the file for the asset at `path`.
     pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
         let asset = path.clone().without_label().into_owned();

@@ -18,10 +18,7 @@ use crate::api::config::{FieldLodAppConfig, LodPriority};
 
 /// The threads of each priority, started with their first task.
 #[derive(Default)]
-pub(super) struct PrepareThreads {
-    background: Option<Threads>,
-    loading_screen: Option<Threads>,
-}
+pub(super) struct PrepareThreads([Option<Threads>; 2]);
 
 /// Threads of one priority. A task waits for its bake, so about as many threads work as were configured.
 pub(super) struct Threads {
@@ -33,16 +30,12 @@ pub(super) struct Threads {
 impl PrepareThreads {
     /// The threads of a priority.
     pub(super) fn of(&mut self, priority: LodPriority, config: &FieldLodAppConfig) -> &Threads {
-        let threads = match priority {
-            LodPriority::Background => &mut self.background,
-            LodPriority::LoadingScreen => &mut self.loading_screen,
-        };
-        threads.get_or_insert_with(|| Threads::new(priority, config))
+        self.0[priority as usize].get_or_insert_with(|| Threads::new(priority, config))
     }
 
     /// Ends the threads of loading screens.
     pub(super) fn end_loading_screen(&mut self) {
-        let threads = self.loading_screen.take();
+        let threads = self.0[LodPriority::LoadingScreen as usize].take();
         // The drop waits for the threads, and a cancelled bake may run for seconds.
         #[cfg(not(target_arch = "wasm32"))]
         if let Some(threads) = threads {

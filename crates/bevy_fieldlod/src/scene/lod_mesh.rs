@@ -7,13 +7,10 @@ use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-#[cfg(feature = "bake")]
-use fieldlod_bake::BakeConfig;
 use fieldlod_select::{InstanceId, MeshId};
 
 use crate::api::auto_lod::AutoLod;
 use crate::api::config::LodKind;
-use crate::assets::baked_lods::BakedLods;
 use crate::lock;
 use crate::scene::rig::Rig;
 use crate::scene::unit_mesh::UnitMeshes;
@@ -29,6 +26,9 @@ pub(crate) struct LodMesh {
     pub(crate) rig: Option<Rig>,
     /// One per unit of the hierarchy.
     pub(crate) pieces: Vec<LodPiece>,
+    /// The meshes of resident units. Units of pages are uploaded and evicted at run time. It lacks the finest level of a
+    /// whole mesh, which is the source mesh, and units whose meshes are made when views draw them.
+    pub(crate) meshes: Mutex<HashMap<u32, Handle<Mesh>>>,
     /// Makes the meshes of units; `None` for whole meshes and for `.fieldpages` files.
     pub(crate) units: Option<UnitMeshes>,
     /// Whether a cache or a file has the levels, so that they can be loaded again.
@@ -37,18 +37,13 @@ pub(crate) struct LodMesh {
     pub(crate) triangles_full: u32,
     /// Area in texture coordinates per area in local space; 0 without texture coordinates.
     pub(crate) uv_per_area: f32,
-    /// Whether the GPU has all pieces that [`LodPiece::mesh`] holds. The render world sets it.
+    /// Whether the GPU has the [`meshes`](Self::meshes) that preparation made. The render world sets it.
     pub(crate) uploaded: Arc<AtomicBool>,
-    /// Meshes of units that are uploaded and evicted at run time.
-    pub(crate) transient: Mutex<HashMap<u32, Handle<Mesh>>>,
 }
 
-/// The mesh that draws one unit.
+/// Properties of one unit.
 #[derive(Debug)]
 pub(crate) struct LodPiece {
-    /// `None` for the finest level of a whole mesh, which is the source mesh, and for units whose
-    /// meshes are made when views draw them.
-    pub(crate) mesh: Option<Handle<Mesh>>,
     /// The box around it in local space, once it is known.
     pub(crate) aabb: OnceLock<Aabb>,
     /// 0 is the finest.
@@ -68,14 +63,12 @@ impl LodPiece {
 impl LodMesh {
     /// The mesh of a level of a whole mesh; `None` if it is the source.
     pub(crate) fn mesh_at(&self, level: u32) -> Option<AssetId<Mesh>> {
-        let piece = self.pieces.get(level as usize)?;
-        piece.mesh.as_ref().map(Handle::id)
+        lock(&self.meshes).get(&level).map(Handle::id)
     }
 
     /// The mesh of a unit; `None` if it is not made, or not resident.
     pub(crate) fn mesh_of_unit(&self, unit: u32) -> Option<Handle<Mesh>> {
-        let permanent = self.pieces[unit as usize].mesh.clone();
-        permanent.or_else(|| lock(&self.transient).get(&unit).cloned())
+        lock(&self.meshes).get(&unit).cloned()
     }
 
     pub(crate) fn is_uploaded(&self) -> bool {
@@ -141,26 +134,6 @@ impl LodObject {
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
         // Another requested kind may change the primitives that are baked together with this mesh, and so its levels.
-        LodRequest::of(&self.auto_lod) == LodRequest::of(auto_lod)
-    }
-}
-
-/// The fields of an [`AutoLod`] that affect the preparation of a mesh. Entities with equal requests share levels.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct LodRequest {
-    pub(crate) kind: LodKind,
-    pub(crate) baked: Option<Handle<BakedLods>>,
-    #[cfg(feature = "bake")]
-    pub(crate) bake: Option<BakeConfig>,
-}
-
-impl LodRequest {
-    pub(crate) fn of(auto_lod: &AutoLod) -> Self {
-        Self {
-            kind: auto_lod.kind,
-            baked: auto_lod.baked.clone(),
-            #[cfg(feature = "bake")]
-            bake: auto_lod.bake.clone(),
-        }
+        self.auto_lod.request() == auto_lod.request()
     }
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
 use fieldlod_hierarchy::{BakedFile, Hierarchy};
-use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
 use super::together::Member;
@@ -34,18 +33,11 @@ impl BakeJob {
         baked: &BakedFile,
         file: &str,
     ) -> Result<(), LodError> {
-        // Without bakes at run time, levels of the file are better than none.
-        let Some(member) = self.member.as_ref().filter(|_| self.threads.is_some()) else {
-            return Ok(());
-        };
-        member.check_file(|| {
-            let mut all = member.sources().unwrap_or_default().iter();
-            all.try_for_each(|one| match one.find_hierarchy(baked, None, file) {
-                // The file lacks faulty primitives, which no bake accepts.
-                Err(error) if one.clone().into_mesh().validate().is_ok() => Err(error),
-                _ => Ok(()),
-            })
-        })
+        match &self.member {
+            Some(member) if self.threads.is_some() => member.check_file(baked, file),
+            // Without bakes at run time, levels of the file are better than none.
+            _ => Ok(()),
+        }
     }
 
     /// Reads the hierarchy of `source` from the cache, or bakes and caches it.
@@ -64,11 +56,12 @@ impl BakeJob {
         // A faulty mesh fails alone, not after a bake of its group.
         let is_valid = |source: &SourceArrays| source.clone().into_mesh().validate().is_ok();
         let all = all.filter(|(member, sources)| {
-            is_same(&sources[member.index()]) && is_valid(&sources[member.index()])
+            is_same(&sources[member.index]) && is_valid(&sources[member.index])
         });
-        let names = EntryNames::of(&source, &self.config, all);
         let folder = self.cache_folder.as_ref();
-        let path = |has_surfaces| folder.map(|folder| folder.join(names.name(has_surfaces)));
+        let path = |has_surfaces| {
+            folder.map(|folder| folder.join(entry_name(&source, &self.config, all, has_surfaces)))
+        };
         // Whether the bake depends on surfaces is known only after it.
         let mut entries = [false, true].into_iter().filter_map(path);
         if let Some(found) = entries.find_map(|entry| cache::read(&entry, &source)) {
@@ -87,44 +80,32 @@ impl BakeJob {
     }
 }
 
-/// The names of cache entries: hashes of the inputs of a bake.
-struct EntryNames<'a> {
-    /// With all inputs except surfaces.
-    hasher: Xxh3,
-    /// The mesh, or the meshes of its group.
-    all: &'a [SourceArrays],
-}
-
-impl<'a> EntryNames<'a> {
-    /// `together` is the group of the mesh, and the meshes of the group.
-    fn of(
-        source: &'a SourceArrays,
-        config: &BakeConfig,
-        together: Option<(&Member, &'a [SourceArrays])>,
-    ) -> Self {
-        let mut hasher = cache::hasher(config);
-        let index = together.map_or(0, |(member, _)| member.index());
-        let has_units = together.is_some_and(|(member, _)| member.has_units());
-        let all = together.map_or(slice::from_ref(source), |(_, sources)| sources);
-        hasher.update(&[has_units.into()]);
-        hasher.update(&index.to_le_bytes());
-        hasher.update(&all.len().to_le_bytes());
-        for source in all {
-            hasher.update(&source.mesh_hash().0.to_le_bytes());
-            hasher.update(&[source.has_other_attributes.into()]);
-        }
-        Self { hasher, all }
+/// Names a cache entry by the inputs of a bake, with or without surfaces. `together` is the group of the mesh, and the
+/// meshes of the group.
+///
+/// Bakes of aggregates, for example of leaves, depend on surfaces. Others do not, so that tinted copies of a rock share
+/// an entry.
+fn entry_name(
+    source: &SourceArrays,
+    config: &BakeConfig,
+    together: Option<(&Member, &[SourceArrays])>,
+    has_surfaces: bool,
+) -> String {
+    let mut hasher = cache::hasher(config);
+    let index = together.map_or(0, |(member, _)| member.index);
+    let has_units = together.is_some_and(|(member, _)| member.all.has_units);
+    let all = together.map_or(slice::from_ref(source), |(_, sources)| sources);
+    hasher.update(&[has_units.into()]);
+    hasher.update(&index.to_le_bytes());
+    hasher.update(&all.len().to_le_bytes());
+    for source in all {
+        hasher.update(&source.mesh_hash().0.to_le_bytes());
+        hasher.update(&[source.has_other_attributes.into()]);
     }
-
-    /// The name of the entry. Bakes of aggregates, for example of leaves, depend on surfaces. Others do not, so that
-    /// tinted copies of a rock share an entry.
-    fn name(&self, has_surfaces: bool) -> String {
-        let mut hasher = self.hasher.clone();
-        for source in self.all.iter().filter(|_| has_surfaces) {
-            let hash = source.surface_hash();
-            hasher.update(&[hash.is_some().into()]);
-            hasher.update(&hash.unwrap_or_default().to_le_bytes());
-        }
-        cache::entry_name(&hasher)
+    for source in all.iter().filter(|_| has_surfaces) {
+        let hash = source.surface_hash();
+        hasher.update(&[hash.is_some().into()]);
+        hasher.update(&hash.unwrap_or_default().to_le_bytes());
     }
+    cache::entry_name(&hasher)
 }

@@ -28,7 +28,7 @@ use crate::prepare::threads::BakeThreads;
 pub(in crate::prepare) struct RiggedFiles(Vec<Arc<RiggedFile>>);
 
 /// A glTF file and the bake of its skinned and morphed primitives.
-struct RiggedFile {
+pub(in crate::prepare) struct RiggedFile {
     path: AssetPath<'static>,
     config: BakeConfig,
     imported: OnceLock<Result<Imported, LodError>>,
@@ -46,12 +46,12 @@ struct Imported {
 type Baked = (BakedFile, Vec<(PrimitivePlace, MeshError)>);
 
 impl RiggedFiles {
-    /// Drops the files, because they may change. Running tasks keep theirs.
-    pub(in crate::prepare) fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    fn find(&mut self, path: AssetPath<'static>, config: &BakeConfig) -> Arc<RiggedFile> {
+    /// The file at `path`.
+    pub(in crate::prepare) fn find(
+        &mut self,
+        path: AssetPath<'static>,
+        config: &BakeConfig,
+    ) -> Arc<RiggedFile> {
         let mut files = self.0.iter();
         if let Some(found) = files.find(|file| file.path == path && file.config == *config) {
             return found.clone();
@@ -65,35 +65,16 @@ impl RiggedFiles {
         self.0.push(file.clone());
         file
     }
-
-    /// The bake of the primitive at `place` in the file at `path`.
-    pub(in crate::prepare) fn job(
-        &mut self,
-        assets: AssetServer,
-        path: AssetPath<'static>,
-        place: [u32; 2],
-        config: &BakeConfig,
-        cache_folder: Option<PathBuf>,
-        threads: Option<BakeThreads>,
-    ) -> RiggedBake {
-        RiggedBake {
-            assets,
-            file: self.find(path, config),
-            place,
-            cache_folder,
-            threads,
-        }
-    }
 }
 
 /// The bake of a skinned or morphed primitive.
 pub(in crate::prepare) struct RiggedBake {
-    assets: AssetServer,
-    file: Arc<RiggedFile>,
-    place: [u32; 2],
-    cache_folder: Option<PathBuf>,
+    pub(in crate::prepare) assets: AssetServer,
+    pub(in crate::prepare) file: Arc<RiggedFile>,
+    pub(in crate::prepare) place: [u32; 2],
+    pub(in crate::prepare) cache_folder: Option<PathBuf>,
     /// The threads to bake on; `None` if baking is disabled and only the cache is read.
-    threads: Option<BakeThreads>,
+    pub(in crate::prepare) threads: Option<BakeThreads>,
 }
 
 impl RiggedBake {

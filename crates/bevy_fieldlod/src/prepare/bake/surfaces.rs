@@ -15,7 +15,7 @@ use bevy::prelude::Res;
 use bevy::render::render_resource::{TextureDimension, TextureFormat};
 use fieldlod_bake::{Surface, SurfaceAlpha, TextureMapping};
 
-use crate::prepare::lookup::NotYet;
+use crate::prepare::lookup::NotStarted;
 
 /// Caches the surfaces of materials while meshes are being prepared.
 #[derive(Default)]
@@ -35,18 +35,13 @@ impl Surfaces {
         material: AssetId<StandardMaterial>,
         materials: &Materials<'_>,
         assets: &AssetServer,
-    ) -> Result<Option<Arc<Surface>>, NotYet> {
+    ) -> Result<Option<Arc<Surface>>, NotStarted> {
         if let Some(surface) = self.0.get(&material) {
             return Ok(surface.clone());
         }
         let surface = materials.surface(material, assets)?.map(Arc::new);
         self.0.insert(material, surface.clone());
         Ok(surface)
-    }
-
-    /// Clears the cache, because materials may change.
-    pub(in crate::prepare) fn clear(&mut self) {
-        self.0.clear();
     }
 }
 
@@ -55,7 +50,7 @@ impl Materials<'_> {
         &self,
         id: AssetId<StandardMaterial>,
         assets: &AssetServer,
-    ) -> Result<Option<Surface>, NotYet> {
+    ) -> Result<Option<Surface>, NotStarted> {
         let material = self.materials.as_ref().and_then(|all| all.get(id));
         let Some(material) = material else {
             return unless_loading(assets.load_state(id).is_loading());
@@ -79,9 +74,13 @@ impl Materials<'_> {
     }
 }
 
-/// No surface, or `NotYet` while an asset is being loaded.
-fn unless_loading(is_loading: bool) -> Result<Option<Surface>, NotYet> {
-    if is_loading { Err(NotYet) } else { Ok(None) }
+/// No surface, or an error while an asset is being loaded.
+fn unless_loading(is_loading: bool) -> Result<Option<Surface>, NotStarted> {
+    if is_loading {
+        Err(NotStarted::NotYet)
+    } else {
+        Ok(None)
+    }
 }
 
 /// The alpha mode of a surface; `None` for additive and multiplicative blending, which cover nothing.

@@ -9,11 +9,11 @@ use bevy::platform::collections::HashMap;
 use fieldlod_bake::{
     BakeConfig, BakeReport, MeshError, SourceMesh, Surface, bake_adjacent, bake_together,
 };
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{BakedFile, Hierarchy};
 
 use crate::api::config::{FieldLodAppConfig, LodKind};
 use crate::api::events::LodError;
-use crate::prepare::lookup::NotYet;
+use crate::prepare::lookup::NotStarted;
 use crate::prepare::source_arrays::{SourceArrays, primitives_together, triangle_count};
 use crate::prepare::threads::BakeThreads;
 
@@ -27,7 +27,7 @@ pub(in crate::prepare) struct Together {
     /// The requested kind.
     kind: LodKind,
     /// Whether some are drawn in units.
-    has_units: bool,
+    pub(super) has_units: bool,
     /// The meshes and surfaces in the types of the baker; `None` if one of them cannot be baked.
     sources: OnceLock<Option<Vec<SourceArrays>>>,
     /// Whether a file has the levels of all members.
@@ -38,8 +38,8 @@ pub(in crate::prepare) struct Together {
 /// A primitive and its group.
 #[derive(Clone)]
 pub(in crate::prepare) struct Member {
-    all: Arc<Together>,
-    index: usize,
+    pub(super) all: Arc<Together>,
+    pub(super) index: usize,
 }
 
 /// All groups.
@@ -87,8 +87,8 @@ impl AllTogether {
         mesh: AssetId<Mesh>,
         config: &BakeConfig,
         candidates: &Candidates<'_>,
-        surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotYet>,
-    ) -> Result<Option<Member>, NotYet> {
+        surface_of: impl FnMut(AssetId<Mesh>) -> Result<Option<Arc<Surface>>, NotStarted>,
+    ) -> Result<Option<Member>, NotStarted> {
         // The mesh may have left its last group, because the group or the configuration has changed.
         self.others_of.remove(&mesh);
         let is_expected = |expected: &Expected| {
@@ -181,22 +181,17 @@ impl Member {
         meshes.map(source).collect()
     }
 
-    /// Runs `check` of a file with the levels of all members, unless the task of another member has run it.
-    pub(in crate::prepare) fn check_file(
-        &self,
-        check: impl FnOnce() -> Result<(), LodError>,
-    ) -> Result<(), LodError> {
+    /// Checks that a file has the levels of all members, unless the task of another member has checked it.
+    pub(super) fn check_file(&self, baked: &BakedFile, file: &str) -> Result<(), LodError> {
+        let check = || {
+            let mut all = self.sources().unwrap_or_default().iter();
+            all.try_for_each(|one| match one.find_hierarchy(baked, None, file) {
+                // The file lacks faulty primitives, which no bake accepts.
+                Err(error) if one.clone().into_mesh().validate().is_ok() => Err(error),
+                _ => Ok(()),
+            })
+        };
         self.all.is_in_file.get_or_init(check).clone()
-    }
-
-    /// Whether some members are drawn in units.
-    pub(in crate::prepare) fn has_units(&self) -> bool {
-        self.all.has_units
-    }
-
-    /// The index of this member.
-    pub(in crate::prepare) fn index(&self) -> usize {
-        self.index
     }
 
     /// Bakes all members, unless the task of another member has baked them.

@@ -15,6 +15,7 @@ use simulation::{Disk, FRAMES_PER_SECOND, FrameReport, World, rocks};
 
 const MIB: f64 = (1 << 20) as f64;
 const SECONDS: f64 = 60.0;
+const PICTURE_HEIGHT: f32 = 720.0;
 /// Mean of the loop of [`pose`], which is 104.4 m long.
 const METRES_PER_RADIAN: f64 = 104.4 / std::f64::consts::TAU;
 
@@ -76,7 +77,13 @@ fn report(rocks: &[PagedMesh], pace: Pace, gpu_mib: u64, disk: Disk) {
     let mut world = World::new(rocks, settings, disk);
     let draw = |frame| {
         let (eye, target) = pose(pace, f64::from(frame) / FRAMES_PER_SECOND);
-        world.frame(eye, target)
+        let report = world.frame(eye, target);
+        // Errors are infinite while the eye is inside the bounds of missing geometry.
+        let missing_px = report.missing_px.min(PICTURE_HEIGHT);
+        FrameReport {
+            missing_px,
+            ..report
+        }
     };
     let frames: Vec<FrameReport> = (0..(SECONDS * FRAMES_PER_SECOND) as u32)
         .map(draw)

@@ -295,23 +295,26 @@ impl Residency {
         self.wanted = wanted;
     }
 
-    /// Returns `true` if a page is absent or due for a retry, and its coarser pages are not.
+    /// Returns `true` if a page is absent or due for a retry, and needs no coarser page first.
     fn may_load(&self, page: StreamPageId, entry: &PageEntry) -> bool {
         let is_due = match entry.state {
             PageState::Absent => true,
             PageState::Failed { until } => until <= self.frame,
             PageState::Loading | PageState::Resident => false,
         };
-        // Without its coarser pages, the page would not be drawn.
+        // Without its coarser pages, the page would not be drawn. Those that are not demanded belong to other groups.
+        let waits_for = |coarser: &PageEntry| {
+            let is_held = matches!(coarser.state, PageState::Loading | PageState::Resident);
+            coarser.used_at == self.frame && !is_held
+        };
         let mut coarser = entry.coarser.iter();
         is_due
-            && coarser.all(|&coarser| {
-                let coarser = self.page(StreamPageId {
+            && !coarser.any(|&coarser| {
+                let coarser = StreamPageId {
                     page: coarser,
                     ..page
-                });
-                let state = coarser.map(|coarser| coarser.state);
-                matches!(state, Some(PageState::Loading | PageState::Resident))
+                };
+                self.page(coarser).is_some_and(waits_for)
             })
     }
 

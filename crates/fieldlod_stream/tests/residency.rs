@@ -227,6 +227,8 @@ fn finer_pages_wait_for_their_coarser_pages() {
     assert_eq!(orders_of(&mut residency, &[coarser])[0], [coarser]);
     residency.set_failed(coarser);
     assert_eq!(orders_of(&mut residency, &[coarser, finer])[0], []);
+    // A coarser page that is not demanded belongs to other groups of the finer page.
+    assert_eq!(orders_of(&mut residency, &[finer])[0], [finer]);
 }
 
 #[test]

@@ -175,7 +175,8 @@ fn smooth_normals(character: &Character<'_>, mesh: &mut SourceMesh, first: &[u32
 
 /// The levels of a character as other tools make them: each primitive separately, in the bind pose, with normals and
 /// `Regularize`. Collapses across seams are allowed; otherwise most characters would stop at a quarter of their
-/// triangles. Flat triangles are simplified with smooth normals, and get flat normals, as ours do. Level `k` is simplified to `ratio` to the power of `k`.
+/// triangles. Flat triangles are simplified with smooth normals, and get flat normals, as ours do. Level `k` is
+/// simplified to `ratio` to the power of `k`.
 #[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn plain_levels(character: &Character<'_>, ratio: f32, count: usize) -> Vec<Vec<[u32; 3]>> {

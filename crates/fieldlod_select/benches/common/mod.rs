@@ -14,7 +14,7 @@ fn camera(fov_y_in_deg: f32) -> Camera {
 }
 
 /// The threshold with the image error of the baseline at 1 px, by `fieldlod_lab/RECORD.md`.
-const ERROR_PX: f32 = 1.42;
+const ERROR_PX: f32 = 1.37;
 
 pub(crate) fn settings() -> LodSettings {
     LodSettings::with_error_px(ERROR_PX)

@@ -36,27 +36,27 @@ pub(crate) enum ListChange {
     ShareShadows(Option<MainEntity>),
 }
 
-/// The queue of changes for the render world. `None` without a renderer.
+/// The queue of changes for the render world.
 #[derive(Resource, Default)]
-pub(crate) struct ListChanges(Option<Mutex<Vec<ListChange>>>);
+pub(crate) struct ListChanges(Mutex<Vec<ListChange>>);
 
 impl ListChanges {
     fn extend(&self, changes: impl IntoIterator<Item = ListChange>) {
-        if let Some(queue) = &self.0 {
-            lock(queue).extend(changes);
-        }
+        lock(&self.0).extend(changes);
     }
 
     pub(crate) fn take(&self) -> Vec<ListChange> {
-        let queue = self.0.as_ref();
-        queue.map_or_else(Vec::new, |queue| std::mem::take(&mut *lock(queue)))
+        std::mem::take(&mut *lock(&self.0))
     }
 }
 
-/// Records changes in each frame.
+/// Records changes in each frame, if there is a renderer.
 pub(crate) fn plugin(app: &mut App) {
-    let renderer = app.get_sub_app(RenderApp);
-    app.insert_resource(ListChanges(renderer.map(|_| Mutex::default())))
+    if app.get_sub_app(RenderApp).is_none() {
+        app.add_systems(PostUpdate, discard_changes.in_set(FieldLodSystems::Filter));
+        return;
+    }
+    app.init_resource::<ListChanges>()
         .add_observer(note_removed_view)
         .add_systems(
             PostUpdate,
@@ -68,6 +68,14 @@ pub(crate) fn plugin(app: &mut App) {
             )
                 .in_set(FieldLodSystems::Filter),
         );
+}
+
+/// Discards the changes of the scene and of the cuts: without a renderer, their lists would grow in each frame.
+fn discard_changes(mut scene: ResMut<LodScene>, mut views: Query<&mut ViewCut>) {
+    scene.records.take_moves();
+    for mut cut in &mut views {
+        cut.visibility.take_changed();
+    }
 }
 
 /// Records which units and sources were added, removed, or are drawn by other views.
@@ -160,9 +168,7 @@ mod tests {
     #[test]
     fn changes_are_discarded_without_a_renderer() {
         let mut app = App::new();
-        app.init_resource::<LodScene>()
-            .init_resource::<DrawnMeshes>()
-            .add_plugins(plugin);
+        app.init_resource::<LodScene>().add_plugins(plugin);
         let view = app.world_mut().spawn(ViewCut::default()).id();
         let source = app.world_mut().spawn_empty().id();
         let mut scene = app.world_mut().resource_mut::<LodScene>();

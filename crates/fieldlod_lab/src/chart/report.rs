@@ -113,10 +113,11 @@ fn all_ratios(poses: &[&PoseResult], methods: &[Method]) -> Vec<Ratios> {
 
 /// All methods at the errors of all of clusterlod's thresholds.
 fn curves(poses: &[&PoseResult], methods: &[Method]) -> Vec<TrianglesAtError> {
-    let at = THRESHOLDS_PX.map(f64::from);
+    // Full detail has no place on a logarithmic scale of errors.
+    let at = || THRESHOLDS_PX.into_iter().skip(1).map(f64::from);
     let all = methods
         .iter()
-        .flat_map(|&method| at.map(|at_px| (method, at_px)));
+        .flat_map(|&method| at().map(move |at_px| (method, at_px)));
     all.filter_map(|(method, at_px)| mean_point(poses, method, at_px))
         .collect()
 }

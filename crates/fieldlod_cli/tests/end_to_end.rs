@@ -357,8 +357,8 @@ fn verify_checks_skinned_meshes_in_poses() {
     let report = output(&["verify", "--json", text(&input), text(&file)]);
     let report: Value = serde_json::from_str(&report).unwrap();
     let posed = &report["primitives"][0]["posed"];
-    // The bind pose, and the second joint bent about each axis in both directions.
-    assert!(posed["poses"].as_u64() > Some(6), "{report}");
+    // The bind pose, the rest pose, and the second joint bent about each axis in both directions.
+    assert_eq!(posed["poses"], 8, "{report}");
     let number = |value: &Value| value.as_f64().unwrap();
     let share = number(&posed["share"]);
     assert!(share > 0.1 && share <= 1.0, "{report}");

@@ -15,6 +15,13 @@ pub struct Choice {
     pub units: Vec<u32>,
 }
 
+impl Choice {
+    /// The source.
+    pub(crate) fn full_detail(view: &ObjectView) -> Self {
+        whole_level(view, 0)
+    }
+}
+
 /// One method on one instance in one view, with its state from the last frame.
 #[derive(Clone, Debug)]
 pub struct Chooser {

@@ -71,7 +71,11 @@ impl MeshPages {
             let page = mesh.page_of(group);
             // By the cut rule, refining `finer` also refines `group`. `group` then draws units of `page`.
             for &finer in mesh.graph.finer_groups(data) {
-                coarser[mesh.page_of(finer) as usize].push(page);
+                let own = mesh.page_of(finer);
+                // A page must not wait for itself.
+                if own != page {
+                    coarser[own as usize].push(page);
+                }
             }
         }
         let pages = mesh.pages.iter().zip(coarser);

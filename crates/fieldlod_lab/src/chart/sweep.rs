@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::curve::{Curve, Point, PoseResult, THRESHOLDS_PX};
 use super::pose::Pose;
 use super::{BakedModel, Options};
-use crate::chooser::Chooser;
+use crate::chooser::{Choice, Chooser};
 use crate::eye::{Eye, Instance};
 use crate::measure::{ImageError, image_error};
 use crate::method::Method;
@@ -93,7 +93,12 @@ impl<'a> PoseView<'a> {
             1.0
         };
         let point = |threshold_px: f32| {
-            let choice = Chooser::new(method, threshold_px * scale).choose(&view);
+            // At 0, every method draws the source, including details that it counts as free of error.
+            let choice = if threshold_px == 0.0 {
+                Choice::full_detail(&view)
+            } else {
+                Chooser::new(method, threshold_px * scale).choose(&view)
+            };
             // Only units that touch the view are drawn and counted.
             let units = view.units_in_view(&choice.units);
             Ok(Point {

@@ -5,12 +5,14 @@ mod journal;
 mod order;
 pub(crate) mod table;
 
+use std::collections::BTreeSet;
+
 use fieldlod_hierarchy::{Hierarchy, Sphere};
 use glam::{Affine3A, Mat3};
 
 use crate::criterion::error_bounds::placed_sphere;
 use crate::view::stretch::{largest_stretch, least_stretch};
-use columns::{Columns, Occupant};
+use columns::{Columns, Occupant, truncate};
 use journal::Journal;
 use order::sort_along_curve;
 use table::GroupTable;
@@ -99,15 +101,16 @@ pub struct Scene {
     /// Meshes that were removed.
     free_meshes: Vec<u32>,
     pub(crate) instances: Vec<Instance>,
-    free: Vec<u32>,
+    /// Indices of removed instances.
+    free: BTreeSet<u32>,
+    /// The generation of an instance with a new index: later than those of dropped indices.
+    first_generation: u32,
     /// Instances to which the next update gives slots.
     unplaced: Vec<u32>,
     pub(crate) columns: Columns,
     pub(crate) journal: Journal,
-    /// Counts changes of instances.
+    /// Counts changes of instances and of available groups.
     pub(crate) revision: u64,
-    /// Counts changes of the available groups.
-    pub(crate) available_revision: u64,
 }
 
 impl Scene {
@@ -152,8 +155,15 @@ impl Scene {
     /// consume its simplification are available. The finest available simplification is drawn in place
     /// of missing groups. [`Selector::demand`](crate::Selector::demand) lists the missing groups.
     pub fn set_available(&mut self, mesh: MeshId, are_loaded: impl Fn(u32) -> bool) {
-        let has_changed = self.meshes[mesh.index()].table.set_available(are_loaded);
-        self.available_revision += u64::from(has_changed);
+        let changed = &mut self.meshes[mesh.index()];
+        let was_complete = changed.table.available.is_none();
+        self.revision += u64::from(changed.table.set_available(are_loaded));
+        // Groups of incomplete meshes are decided in each frame. Whole meshes stay within their limits until then.
+        if was_complete && changed.instance_count > 0 {
+            let slots = (0..).zip(&self.columns.occupants);
+            let slots = slots.filter(|(_, occupant)| occupant.holds(mesh));
+            slots.for_each(|(slot, _)| self.journal.push(slot));
+        }
     }
 
     /// Adds an instance, placed by any affine map. Its errors are multiplied by `bias`: more than 1 draws it finer.
@@ -166,7 +176,7 @@ impl Scene {
         self.meshes[mesh.index()].instance_count += 1;
         let mut instance = Instance {
             mesh: Some(mesh),
-            generation: 0,
+            generation: self.first_generation,
             slot: None,
             layers: u64::MAX,
             is_occluder: true,
@@ -177,7 +187,8 @@ impl Scene {
         };
         instance.place(self.table(mesh), world_from_local, bias);
         // The index of a removed instance is reused with a new generation.
-        let index = self.free.pop().unwrap_or(self.instances.len() as u32);
+        let index = self.free.pop_first();
+        let index = index.unwrap_or(self.instances.len() as u32);
         if let Some(removed) = self.instances.get_mut(index as usize) {
             instance.generation = removed.generation + 1;
             *removed = instance;
@@ -191,14 +202,17 @@ impl Scene {
 
     /// Moves an instance. Does nothing if the instance was removed.
     pub fn set_placement(&mut self, instance: InstanceId, world_from_local: Affine3A) {
-        let bias = self.instances[instance.index()].bias;
-        self.place(instance, world_from_local, bias);
+        if let Some(placed) = self.get(instance) {
+            let bias = placed.bias;
+            self.place(instance, world_from_local, bias);
+        }
     }
 
     /// Changes the bias of an instance. Does nothing if the instance was removed.
     pub fn set_bias(&mut self, instance: InstanceId, bias: f32) {
-        let world_from_local = self.instances[instance.index()].world_from_local;
-        self.place(instance, world_from_local, bias);
+        if let Some(world_from_local) = self.placement(instance) {
+            self.place(instance, world_from_local, bias);
+        }
     }
 
     fn place(&mut self, instance: InstanceId, world_from_local: Affine3A, bias: f32) {
@@ -212,8 +226,10 @@ impl Scene {
     /// Puts an instance on layers, one bit each. A view that shares none of them neither draws nor counts it. A new
     /// instance is on all layers. Does nothing if the instance was removed.
     pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
-        let is_occluder = self.instances[instance.index()].is_occluder;
-        self.set_flags(instance, layers, is_occluder);
+        if let Some(placed) = self.get(instance) {
+            let is_occluder = placed.is_occluder;
+            self.set_flags(instance, layers, is_occluder);
+        }
     }
 
     /// Sets whether an instance may hide other instances under [`LodSettings::visible_flux`]. The default is `true`.
@@ -221,14 +237,15 @@ impl Scene {
     ///
     /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
     pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
-        let layers = self.instances[instance.index()].layers;
-        self.set_flags(instance, layers, is_occluder);
+        if let Some(placed) = self.get(instance) {
+            let layers = placed.layers;
+            self.set_flags(instance, layers, is_occluder);
+        }
     }
 
     fn set_flags(&mut self, instance: InstanceId, layers: u64, is_occluder: bool) {
-        let is_present = self.mesh_of(instance).is_some();
         let changed = &mut self.instances[instance.index()];
-        if is_present && (changed.layers, changed.is_occluder) != (layers, is_occluder) {
+        if (changed.layers, changed.is_occluder) != (layers, is_occluder) {
             (changed.layers, changed.is_occluder) = (layers, is_occluder);
             self.note_changed(instance.index);
         }
@@ -240,7 +257,7 @@ impl Scene {
             return;
         };
         self.meshes[mesh.index()].instance_count -= 1;
-        self.free.push(instance.index);
+        self.free.insert(instance.index);
         self.revision += 1;
         let removed = &mut self.instances[instance.index()];
         removed.mesh = None;
@@ -279,10 +296,16 @@ impl Scene {
         InstanceId { index, generation }
     }
 
-    /// An instance; `None` if its index was given to another instance.
+    /// An instance; `None` if it was removed.
     fn get(&self, id: InstanceId) -> Option<&Instance> {
         let instance = self.instances.get(id.index())?;
-        (instance.generation == id.generation).then_some(instance)
+        (instance.mesh.is_some() && instance.generation == id.generation).then_some(instance)
+    }
+
+    /// Whether the instance in a slot has a mesh that is loaded in parts.
+    pub(crate) fn is_in_parts(&self, slot: usize) -> bool {
+        let occupant = &self.columns.occupants[slot];
+        self.table(occupant.mesh).available.is_some()
     }
 
     /// The mesh of an instance; `None` if the instance was removed.
@@ -290,10 +313,10 @@ impl Scene {
         self.get(instance)?.mesh
     }
 
-    /// Placement of an instance. A removed instance keeps its placement until its index is reused.
+    /// Placement of an instance; `None` if it was removed.
     #[must_use]
-    pub fn placement(&self, instance: InstanceId) -> Affine3A {
-        self.instances[instance.index()].world_from_local
+    pub fn placement(&self, instance: InstanceId) -> Option<Affine3A> {
+        Some(self.get(instance)?.world_from_local)
     }
 
     /// Orders new instances, and updates the spheres around 64 instances each.
@@ -310,8 +333,22 @@ impl Scene {
             self.instances[index as usize].slot = Some(self.columns.free_slot());
             self.note_changed(index);
         }
+        self.shrink();
         self.columns.refit();
         self.journal.trim(self.instances.len());
+    }
+
+    /// Frees the memory of removed instances behind the last present instance.
+    fn shrink(&mut self) {
+        self.columns.shrink();
+        let mut count = self.instances.len();
+        while count > 0 && self.free.remove(&(count as u32 - 1)) {
+            count -= 1;
+        }
+        let dropped = self.instances[count..].iter();
+        let next = dropped.map(|dropped| dropped.generation + 1).max();
+        self.first_generation = self.first_generation.max(next.unwrap_or(0));
+        truncate(&mut self.instances, count);
     }
 
     /// Whether [`Scene::update`] has been called since the last change.
@@ -331,5 +368,44 @@ impl Scene {
     /// The tables of all meshes by their indices.
     pub(crate) fn tables(&self) -> impl Iterator<Item = &GroupTable> {
         self.meshes.iter().map(|mesh| &mesh.table)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fieldlod_hierarchy::fixtures;
+    use glam::Vec3;
+
+    use super::*;
+    use crate::lanes::bits::{CHUNK, LANES};
+
+    #[test]
+    fn memory_is_freed_after_removals() {
+        let mut scene = Scene::default();
+        let mesh = scene.add_mesh(&fixtures::two_level_strip());
+        let place = |index: u16| Affine3A::from_translation(Vec3::X * f32::from(index));
+        let ids: Vec<InstanceId> = (0..10_000)
+            .map(|index| scene.add_instance(mesh, place(index), 1.0))
+            .collect();
+        scene.update();
+        ids[100..].iter().for_each(|&id| scene.remove(id));
+        scene.update();
+        let columns = &scene.columns;
+        let capacities = [
+            scene.instances.capacity(),
+            columns.occupants.capacity(),
+            columns.spheres.capacity() * LANES,
+            columns.chunks.capacity() * LANES * CHUNK,
+        ];
+        assert!(
+            capacities.iter().all(|&capacity| capacity <= 1024),
+            "{capacities:?}"
+        );
+        // An id of a dropped index is never given again.
+        let again = scene.add_instance(mesh, place(0), 1.0);
+        assert_eq!(again.index(), ids[100].index());
+        assert_ne!(again, ids[100]);
+        scene.set_bias(ids[9_999], 2.0);
+        assert_eq!(scene.placement(ids[9_999]), None);
     }
 }

@@ -43,6 +43,8 @@ pub struct Selector {
     pub(crate) last: Option<Input>,
     pub(crate) cuts: SceneCuts,
     budget: BudgetSearch,
+    /// Input of the last selection, before the budget changed its settings.
+    last_given: Option<Input>,
     /// Whether this selection has updated the visible shares.
     are_shares_known: bool,
 }
@@ -58,6 +60,10 @@ impl Selector {
         self.are_shares_known = false;
         let view = view.with_margins(settings);
         let settings = &settings.in_effect();
+        let given = Input::new(scene, &view, settings);
+        let has_changed = self.last_given.replace(given) != Some(given);
+        self.budget
+            .begin(has_changed || self.cuts.has_unsettled_shares);
         self.select_frame(scene, &view, &self.budget.settings(settings));
         // A search tries other thresholds until the triangles fit the budget.
         while let Some(settings) = self.budget.next(settings, self.cuts.triangle_count) {

@@ -4,7 +4,7 @@ mod common;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use common::world::{Placed, World};
+use common::world::{Placed, World, step_of_walk};
 use common::{hierarchies, look, perspective, vector};
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
@@ -118,6 +118,55 @@ fn budget_counts_triangles_of_available_groups_only() {
         let selector = world.select(&view, &settings);
         assert!((least..=budget).contains(&selector.triangle_count()));
         assert_eq!(selector.threshold_px() == fine.error_px, budget == all);
+    }
+}
+
+#[test]
+fn page_decides_only_instances_of_its_mesh() {
+    let mut world = World::forest(5, 40, 3.0);
+    world.add(&[Placed::new(
+        0,
+        Affine3A::from_translation(Vec3::new(6.0, 1.5, 0.0)),
+    )]);
+    world.scene.update();
+    let (mesh, view) = (world.meshes[0], step_of_walk(0));
+    let settings = LodSettings::with_error_px(0.1);
+    let mut selector = world.select(&view, &settings);
+    let group_count = hierarchies()[0].groups.len() as u32;
+    let mut triangle_counts = Vec::new();
+    // Pages arrive, coarse groups first, and leave.
+    for loaded in (0..=group_count).rev().chain(1..=group_count) {
+        world.scene.set_available(mesh, |group| group >= loaded);
+        selector.select(&world.scene, &view, &settings);
+        let near_a_change = world.select(&view, &settings).statistics();
+        let decided = selector.statistics().instances_decided;
+        assert!(decided < near_a_change.instances_decided / 4, "{decided}");
+        triangle_counts.push(selector.triangle_count());
+    }
+    let middle = group_count as usize;
+    assert!(triangle_counts[..=middle].is_sorted() && triangle_counts[middle] > triangle_counts[0]);
+    triangle_counts.reverse();
+    assert!(triangle_counts[..=middle].is_sorted());
+}
+
+#[test]
+fn complete_mesh_becomes_coarse_without_its_pages() {
+    for (mesh, forced_level) in [(0, None), (0, Some(0)), (5, None), (5, Some(0))] {
+        let mut world = World::new(&[Placed::new(mesh, Affine3A::IDENTITY)]);
+        let view = look(perspective(1.0), Vec3::new(0.0, 0.3, 9.0), Vec3::ZERO);
+        let settings = LodSettings {
+            forced_level,
+            ..LodSettings::with_error_px(0.5)
+        };
+        let mut selector = world.select(&view, &settings);
+        let complete = selector.triangle_count();
+        for is_loaded in [false, true] {
+            world.scene.set_available(world.meshes[mesh], |_| is_loaded);
+            selector.select(&world.scene, &view, &settings);
+            let fresh = world.select(&view, &settings);
+            assert_eq!(world.cuts(&selector), world.cuts(&fresh));
+            assert_eq!(selector.triangle_count() == complete, is_loaded);
+        }
     }
 }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
 
-/// A mesh of a [`Residency`](crate::Residency). Ids are not reused.
+/// A mesh of a [`Residency`](crate::Residency). Ids are not reused, because an old id must not refer to a new mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct StreamMeshId(pub(crate) u32);
 

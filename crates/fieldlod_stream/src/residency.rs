@@ -1,6 +1,7 @@
 //! Decides which pages are loaded and evicted.
 
 use std::cmp::Reverse;
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use fieldlod_hierarchy::PagedMesh;
@@ -36,7 +37,9 @@ const SWEEP_FRAMES: u64 = 16;
 #[derive(Clone, Debug)]
 pub struct Residency {
     settings: StreamSettings,
-    meshes: Vec<Option<MeshPages>>,
+    /// The present meshes. Ordered, so that equal calls give equal orders.
+    meshes: BTreeMap<StreamMeshId, MeshPages>,
+    next_mesh: u32,
     frame: u64,
     /// Time of this frame since the first frame.
     time: Duration,
@@ -99,7 +102,8 @@ impl Residency {
     pub fn new(settings: StreamSettings) -> Self {
         Self {
             settings,
-            meshes: Vec::new(),
+            meshes: BTreeMap::new(),
+            next_mesh: 0,
             // Frame 0 is the initial value of `used_at`: no page was used yet.
             frame: 1,
             time: Duration::ZERO,
@@ -123,15 +127,15 @@ impl Residency {
     pub fn add_mesh(&mut self, mesh: &PagedMesh) -> StreamMeshId {
         let pages = MeshPages::new(mesh);
         self.first_page_bytes += pages.pages.first().map_or(0, |page| page.gpu_bytes);
-        // Slots are not reused: an old id must not refer to a new mesh.
-        self.meshes.push(Some(pages));
-        StreamMeshId(self.meshes.len() as u32 - 1)
+        let id = StreamMeshId(self.next_mesh);
+        self.next_mesh += 1;
+        self.meshes.insert(id, pages);
+        id
     }
 
     /// Removes a mesh. The caller frees its resident pages. Later reports about its loading pages are ignored.
     pub fn remove_mesh(&mut self, mesh: StreamMeshId) {
-        let removed = self.meshes.get_mut(mesh.0 as usize).and_then(Option::take);
-        let Some(removed) = removed else {
+        let Some(removed) = self.meshes.remove(&mesh) else {
             return;
         };
         self.wanted.retain(|page| page.mesh != mesh);
@@ -174,27 +178,19 @@ impl Residency {
     /// Returns `true` if the units of a group are resident.
     #[must_use]
     pub fn is_resident(&self, mesh: StreamMeshId, group: u32) -> bool {
-        let page = self.mesh(mesh).and_then(|mesh| mesh.page_of(group));
+        let page = self.meshes.get(&mesh).and_then(|mesh| mesh.page_of(group));
         let page = page.and_then(|page| self.page(StreamPageId { mesh, page }));
         page.is_some_and(|page| page.state == PageState::Resident)
     }
 
     fn page(&self, page: StreamPageId) -> Option<&PageEntry> {
-        self.mesh(page.mesh)?.pages.get(page.page as usize)
-    }
-
-    fn mesh(&self, mesh: StreamMeshId) -> Option<&MeshPages> {
-        self.meshes.get(mesh.0 as usize)?.as_ref()
+        self.meshes.get(&page.mesh)?.pages.get(page.page as usize)
     }
 
     /// Reports that a view refines a group in this frame, or would refine it if it were resident. `missing_px` is the
     /// error of the geometry that is drawn in place of a group that is not resident.
     pub fn demand(&mut self, mesh: StreamMeshId, group: u32, missing_px: Option<f32>) {
-        let Some(pages) = self
-            .meshes
-            .get_mut(mesh.0 as usize)
-            .and_then(Option::as_mut)
-        else {
+        let Some(pages) = self.meshes.get_mut(&mesh) else {
             return;
         };
         let Some(page) = pages.page_of(group) else {
@@ -267,18 +263,22 @@ impl Residency {
         // Finer pages have larger indices, so priorities propagate from fine to coarse.
         wanted.sort_unstable_by_key(|page| Reverse(*page));
         for page in &wanted {
-            if let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] {
+            if let Some(mesh) = self.meshes.get_mut(&page.mesh) {
                 mesh.raise_coarser_priorities(page.page);
             }
         }
         let priority = |page: &StreamPageId| self.page(*page).map_or(0.0, |page| page.priority);
         // At equal priority, coarser pages come first.
         wanted.sort_by(|a, b| priority(b).total_cmp(&priority(a)).then(a.cmp(b)));
-        let first_pages = (0..self.meshes.len() as u32).map(|mesh| StreamPageId {
-            mesh: StreamMeshId(mesh),
-            page: 0,
-        });
-        for page in first_pages.chain(wanted.drain(..)) {
+        let first_pages = self.meshes.keys();
+        let first_pages = first_pages.map(|&mesh| StreamPageId { mesh, page: 0 });
+        let first_pages: Vec<StreamPageId> = first_pages
+            .filter(|page| {
+                self.page(*page)
+                    .is_some_and(|page| page.state != PageState::Resident)
+            })
+            .collect();
+        for page in first_pages.into_iter().chain(wanted.drain(..)) {
             let Some(entry) = self.page(page).filter(|entry| self.may_load(page, entry)) else {
                 continue;
             };
@@ -319,7 +319,7 @@ impl Residency {
     }
 
     fn begin_loading(&mut self, page: StreamPageId, orders: &mut Orders) {
-        let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] else {
+        let Some(mesh) = self.meshes.get_mut(&page.mesh) else {
             return;
         };
         let entry = &mut mesh.pages[page.page as usize];
@@ -356,8 +356,10 @@ impl Residency {
 
     /// Returns the pages that may be evicted, least recently used last.
     fn find_idle(&self) -> Vec<StreamPageId> {
-        let meshes = 0..self.meshes.len() as u32;
-        let idle = meshes.flat_map(|mesh| self.idle_of(StreamMeshId(mesh)));
+        let idle = self
+            .meshes
+            .iter()
+            .flat_map(|(&id, mesh)| self.idle_of(id, mesh));
         let mut idle: Vec<(StreamPageId, &PageEntry)> = idle.collect();
         // Among pages of the same frame, finer pages are evicted first, because they depend on coarser pages.
         idle.sort_unstable_by_key(|&(id, page)| (Reverse(page.used_at), id.page, id.mesh));
@@ -365,12 +367,16 @@ impl Residency {
     }
 
     /// Returns the resident pages of a mesh that were not used in this frame, without its first page.
-    fn idle_of(&self, mesh: StreamMeshId) -> impl Iterator<Item = (StreamPageId, &PageEntry)> {
-        let pages = self.mesh(mesh).map_or(&[][..], |mesh| &mesh.pages);
+    fn idle_of<'a>(
+        &self,
+        mesh: StreamMeshId,
+        pages: &'a MeshPages,
+    ) -> impl Iterator<Item = (StreamPageId, &'a PageEntry)> {
         // First pages are never evicted.
-        let pages = (0..).zip(pages).skip(1);
+        let pages = (0..).zip(&pages.pages).skip(1);
         let pages = pages.map(move |(page, entry)| (StreamPageId { mesh, page }, entry));
-        pages.filter(|(_, page)| page.state == PageState::Resident && page.used_at < self.frame)
+        let frame = self.frame;
+        pages.filter(move |(_, page)| page.state == PageState::Resident && page.used_at < frame)
     }
 
     /// Evicts pages that were unused for longer than the setting. Each frame checks some of the meshes.
@@ -378,10 +384,10 @@ impl Residency {
         let keep = self.settings.keep_unused;
         let is_unused = |page: &PageEntry| self.time - page.used_at_time > keep;
         // Each frame starts at another mesh, so the work is spread evenly over frames.
-        let meshes = (self.frame % SWEEP_FRAMES) as usize..self.meshes.len();
-        let idle = meshes
-            .step_by(SWEEP_FRAMES as usize)
-            .flat_map(|mesh| self.idle_of(StreamMeshId(mesh as u32)));
+        let is_due =
+            |id: &StreamMeshId| u64::from(id.0) % SWEEP_FRAMES == self.frame % SWEEP_FRAMES;
+        let due = self.meshes.iter().filter(|(id, _)| is_due(id));
+        let idle = due.flat_map(|(&id, mesh)| self.idle_of(id, mesh));
         let unused = idle.filter(|(_, page)| is_unused(page)).map(|(id, _)| id);
         for page in unused.collect::<Vec<StreamPageId>>() {
             self.evict(page, orders);
@@ -389,7 +395,7 @@ impl Residency {
     }
 
     fn evict(&mut self, page: StreamPageId, orders: &mut Orders) {
-        let Some(mesh) = &mut self.meshes[page.mesh.0 as usize] else {
+        let Some(mesh) = self.meshes.get_mut(&page.mesh) else {
             return;
         };
         let entry = &mut mesh.pages[page.page as usize];
@@ -431,7 +437,7 @@ impl Residency {
 
     /// Ends the load of a page and returns it, if it was loading.
     fn end_loading(&mut self, page: StreamPageId) -> Option<&mut PageEntry> {
-        let mesh = self.meshes.get_mut(page.mesh.0 as usize)?.as_mut()?;
+        let mesh = self.meshes.get_mut(&page.mesh)?;
         let entry = mesh.pages.get_mut(page.page as usize)?;
         // A page may be reported twice, or after its mesh was removed. Bytes must not be subtracted again.
         if entry.state != PageState::Loading {

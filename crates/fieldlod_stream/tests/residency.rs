@@ -183,6 +183,25 @@ fn mesh_can_be_removed_while_loading() {
     assert!(!residency.is_resident(removed, ROCKS[1].groups_of(0)[0]));
 }
 
+/// A frame that visited removed meshes would make this test take minutes.
+#[test]
+fn removed_meshes_do_not_slow_later_frames() {
+    let rock = rock_with_sizes(&[50, 60, 40]);
+    let mut residency = Residency::new(budget(u64::MAX));
+    let kept = residency.add_mesh(&rock);
+    for _ in 0..100_000 {
+        let mesh = residency.add_mesh(&rock);
+        let first = StreamPageId { mesh, page: 0 };
+        assert!(residency.update(Duration::ZERO).load.contains(&first));
+        residency.remove_mesh(mesh);
+    }
+    assert!(residency.set_loaded(StreamPageId {
+        mesh: kept,
+        page: 0
+    }));
+    assert_eq!(residency.statistics().loading_bytes, 0);
+}
+
 /// A rock whose pages have these sizes; further pages have the last one.
 fn rock_with_sizes(sizes: &[u32]) -> PagedMesh {
     let mut rock = ROCKS[0].clone();

@@ -96,11 +96,14 @@ impl PageStreams {
         self.meshes.insert(stream, mesh);
     }
 
-    /// Sets the groups of a mesh that selection may refine.
-    fn update_available_groups(&self, mesh: StreamMeshId, scene: &mut LodScene) {
-        if let Some(streamed) = self.meshes.get(&mesh) {
-            let at_hand = |group| self.residency.is_resident(mesh, group);
-            scene.scene.set_available(streamed.id, at_hand);
+    /// Sets the groups of meshes that selection may refine. It visits every group of a mesh, so it is called once per
+    /// mesh and frame, after all pages that came or went.
+    fn update_available_groups(&self, changed: HashSet<StreamMeshId>, scene: &mut LodScene) {
+        for mesh in changed {
+            if let Some(streamed) = self.meshes.get(&mesh) {
+                let at_hand = |group| self.residency.is_resident(mesh, group);
+                scene.scene.set_available(streamed.id, at_hand);
+            }
         }
     }
 
@@ -127,6 +130,7 @@ impl PageStreams {
     /// Evicts pages. Returns the entities of their units, which the caller must despawn.
     fn evict(&mut self, pages: &[StreamPageId], scene: &mut LodScene) -> Vec<Entity> {
         let mut units: HashMap<MeshId, Vec<u32>> = HashMap::default();
+        let mut changed = HashSet::new();
         for page in pages {
             let Some(mesh) = self.meshes.get(&page.mesh) else {
                 continue;
@@ -141,8 +145,9 @@ impl PageStreams {
                     meshes.remove(&unit);
                 });
             }
-            self.update_available_groups(page.mesh, scene);
+            changed.insert(page.mesh);
         }
+        self.update_available_groups(changed, scene);
         if units.is_empty() {
             Vec::new()
         } else {
@@ -279,10 +284,7 @@ pub(super) fn use_uploaded_pages(mut streams: ResMut<PageStreams>, mut scene: Re
             changed.insert(page.mesh);
         }
     }
-    // Once per mesh, after all its pages: the update visits every group.
-    for mesh in changed {
-        streams.update_available_groups(mesh, &mut scene);
-    }
+    streams.update_available_groups(changed, &mut scene);
 }
 
 /// Reports the demand of views to the residency, and starts the loads and evictions that it orders.

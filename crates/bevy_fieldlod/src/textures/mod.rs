@@ -85,7 +85,7 @@ fn measure_materials(
     for (entity, object, aabb, transform, material) in &objects {
         // The scale of a skinned object is that of its joint, as selection places it.
         let instance = scene.instance_of(entity);
-        let placement = instance.map(|instance| scene.scene.placement(instance.id));
+        let placement = instance.and_then(|instance| scene.scene.placement(instance.id));
         let scale = placement.map_or(1.0, |placement| largest_scale(&placement));
         let of_views = views.iter().filter_map(|(cut, pose)| {
             pixels_per_uv(cut, pose, object.mesh.uv_per_area, scale, aabb, transform)

@@ -35,6 +35,14 @@ const NOTHING: Sphere = Sphere {
     radius: f32::NEG_INFINITY,
 };
 
+/// Truncates a list, and frees its memory if most of it is unused.
+pub(crate) fn truncate<T>(list: &mut Vec<T>, count: usize) {
+    list.truncate(count);
+    if list.capacity() / 4 > count {
+        list.shrink_to(count * 2);
+    }
+}
+
 /// The instance in a slot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occupant {
@@ -50,6 +58,11 @@ impl Occupant {
         mesh: MeshId(0),
         layers: 0,
     };
+
+    /// Whether the slot has an instance of a mesh.
+    pub(crate) fn holds(&self, mesh: MeshId) -> bool {
+        self.id != InstanceId::NONE && self.mesh == mesh
+    }
 
     /// The mesh that a view of `layers` draws.
     #[inline]
@@ -93,6 +106,30 @@ impl Columns {
     pub(crate) fn free(&mut self, slot: u32) {
         self.free.insert(slot);
         self.set(slot as usize, Occupant::NONE, &NOTHING, [0.0; 2], 0.0);
+    }
+
+    /// Drops the free slots behind the last instance, and their memory.
+    pub(crate) fn shrink(&mut self) {
+        let mut count = self.occupants.len();
+        while count > 0 && self.free.remove(&(count as u32 - 1)) {
+            count -= 1;
+        }
+        if count == self.occupants.len() {
+            return;
+        }
+        let elements = count.div_ceil(LANES);
+        truncate(&mut self.occupants, count);
+        truncate(&mut self.error_scales, count);
+        truncate(&mut self.spheres, elements);
+        truncate(&mut self.occluder_radii, elements);
+        // Chunks that are partly dropped are dirty, because their slots were freed.
+        self.dirty
+            .retain(|&chunk| (chunk as usize) < elements.div_ceil(CHUNK / LANES));
+        let chunks = elements.div_ceil(CHUNK / LANES);
+        truncate(&mut self.chunks, chunks.div_ceil(LANES));
+        for chunk in chunks..self.chunks.len() * LANES {
+            set_sphere(&mut self.chunks, chunk, &NOTHING);
+        }
     }
 
     /// Sets a slot; its chunk is not up to date until the next [`Columns::refit`].

@@ -1,5 +1,7 @@
 //! Slots whose instances have changed, in order. Each selector continues from the revision that it read last.
 
+use super::columns::truncate;
+
 /// Number of changes that are always kept. With fewer, selectors of small scenes often look at every instance.
 const FEW: usize = 1024;
 
@@ -22,6 +24,7 @@ impl Journal {
         if self.changed.len() > most * 2 {
             let dropped = self.changed.len() - most;
             self.changed.drain(..dropped);
+            truncate(&mut self.changed, most);
             self.dropped += dropped as u64;
         }
     }

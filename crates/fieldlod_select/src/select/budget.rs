@@ -8,7 +8,7 @@ use crate::settings::LodSettings;
 /// Share of the budget below which a finer threshold is searched. The walk used 0.97 of the budget with 26 searches. At
 /// 0.9 it used 0.95 to 0.96 with 10; at 0.975 it used 0.98 with 46 to 61, and changed 1.2 to 1.4 times as many cuts.
 const DEAD_BAND_FROM: f64 = 0.95;
-/// Frames after which a search is repeated although the previous search could not use more of the budget. Groups are
+/// Frames with other input after which a search is repeated although the previous search could not use more of the budget. Groups are
 /// refined as a whole, so the budget may be out of reach for a while. With 8 frames the walk took up to 1.3 times as
 /// many searches to use up to 0.005 more of the budget; with 32 it took 0.7 to 0.9 times as many for up to 0.005 less.
 const PATIENCE: u32 = 16;
@@ -26,7 +26,7 @@ const LEAST_PX: f32 = 1e-3;
 pub(crate) struct BudgetSearch {
     /// `None` for the threshold of the settings, the finest allowed.
     threshold_px: Option<f32>,
-    /// Budget and triangles at the end of the last search, and frames since.
+    /// Budget and triangles at the end of the last search, and frames with other input since.
     found: [u64; 2],
     age: u32,
     /// The coarsest known threshold that exceeds the budget, and the finest that fits.
@@ -45,6 +45,11 @@ impl BudgetSearch {
             }
             _ => *settings,
         }
+    }
+
+    /// Begins a frame. Without another input, a search that could not use more of the budget is not repeated.
+    pub(crate) fn begin(&mut self, has_other_input: bool) {
+        self.age = self.age.saturating_add(u32::from(has_other_input));
     }
 
     /// The settings to select at next in the same frame, after a selection of `triangle_count`; `None` if the search is
@@ -77,8 +82,7 @@ impl BudgetSearch {
     }
 
     /// Whether to search another threshold.
-    fn is_due(&mut self, budget: u64, triangle_count: u64, used_px: f32) -> bool {
-        self.age = self.age.saturating_add(1);
+    fn is_due(&self, budget: u64, triangle_count: u64, used_px: f32) -> bool {
         let [last_budget, found] = self.found;
         let is_known = budget == last_budget && self.age < PATIENCE;
         let reachable = if is_known { found.min(budget) } else { budget };

@@ -140,12 +140,14 @@ impl SceneCuts {
         }
     }
 
-    /// The cut of an instance that is drawn group by group; `None` for other instances.
-    pub(crate) fn cut(&self, slot: usize, instance: InstanceId) -> Option<&InstanceCut> {
-        let memory = self.memories.get(slot)?;
-        match memory.state {
-            InstanceState::Mixed(key) if memory.instance == instance => Some(self.pool.at(key)),
-            _ => None,
-        }
+    /// The cuts of all present instances that are drawn group by group. The order depends on earlier selections.
+    pub(crate) fn mixed(&self, scene: &Scene) -> impl Iterator<Item = (InstanceId, &InstanceCut)> {
+        let present = self.pool.owners().filter(|&(key, instance)| {
+            let state = InstanceState::Mixed(key);
+            let slot = scene.slot_of(instance);
+            let memory = slot.and_then(|slot| self.memories.get(slot));
+            memory.is_some_and(|memory| (memory.instance, memory.state) == (instance, state))
+        });
+        present.map(|(key, instance)| (instance, self.pool.at(key)))
     }
 }

@@ -29,13 +29,13 @@ impl Selector {
         let Some(Input { view, settings, .. }) = &self.last else {
             return;
         };
-        for (index, placed) in (0..).zip(&scene.instances) {
-            let (Some(mesh), Some(slot)) = (placed.mesh, placed.slot) else {
+        for (instance, cut) in self.cuts.mixed(scene) {
+            let placed = &scene.instances[instance.index()];
+            let Some(mesh) = placed.mesh else {
                 continue;
             };
             let table = scene.table(mesh);
-            let cut = self.cuts.cut(slot as usize, scene.id_of(index));
-            let (Some(cut), Some(available)) = (cut, &table.available) else {
+            let Some(available) = &table.available else {
                 continue;
             };
             let instance_view = InstanceView::new(view, &placed.world_from_local);
@@ -53,7 +53,7 @@ impl Selector {
                 let is_missing = !is_set(available, group);
                 visit(GroupDemand {
                     mesh,
-                    instance: scene.id_of(index),
+                    instance,
                     group: group as u32,
                     missing_px: is_missing.then(|| error_px(group)),
                 });

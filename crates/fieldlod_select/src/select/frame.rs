@@ -42,19 +42,14 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// Whether instances may keep their states. If layers, forced level, visible flux or available groups have changed,
-    /// each instance is decided again.
+    /// Whether instances may keep their states. If layers, forced level or visible flux have changed, each instance
+    /// is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
             // These change what is drawn within the same limits.
             let hides = input.settings.visible_flux.is_some();
             let forced_level = input.settings.forced_level;
-            (
-                input.view.layers,
-                forced_level,
-                hides,
-                input.available_revision,
-            )
+            (input.view.layers, forced_level, hides)
         };
         let last = self.last.as_ref();
         last.is_none_or(|last| of(last) == of(self.input))
@@ -73,7 +68,6 @@ pub(crate) struct Input {
     pub(crate) view: View,
     pub(crate) settings: LodSettings,
     revision: u64,
-    available_revision: u64,
 }
 
 impl Input {
@@ -82,7 +76,6 @@ impl Input {
             view: *view,
             settings: *settings,
             revision: scene.revision,
-            available_revision: scene.available_revision,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
 use crate::hidden::held_shares::ShareMemory;
+use crate::scene::InstanceId;
 use crate::scene::table::GroupTable;
 
 #[derive(Debug, Default)]
@@ -95,17 +96,27 @@ impl InstanceCut {
 #[derive(Debug, Default)]
 pub(crate) struct Pool {
     cuts: Vec<InstanceCut>,
+    /// The last owner of each cut.
+    owners: Vec<InstanceId>,
     /// Other cuts reuse their storage.
     pub(super) free: Vec<u32>,
 }
 
 impl Pool {
-    /// Returns a free key. The caller must [begin](InstanceCut::begin) its cut.
-    pub(crate) fn make(&mut self) -> u32 {
-        self.free.pop().unwrap_or_else(|| {
-            self.cuts.push(InstanceCut::default());
-            self.cuts.len() as u32 - 1
-        })
+    /// Returns a free key for an instance. The caller must [begin](InstanceCut::begin) its cut.
+    pub(crate) fn make(&mut self, owner: InstanceId) -> u32 {
+        if let Some(key) = self.free.pop() {
+            self.owners[key as usize] = owner;
+            return key;
+        }
+        self.cuts.push(InstanceCut::default());
+        self.owners.push(owner);
+        self.cuts.len() as u32 - 1
+    }
+
+    /// The keys of all cuts, free keys included, with their last owners.
+    pub(crate) fn owners(&self) -> impl Iterator<Item = (u32, InstanceId)> {
+        (0..).zip(self.owners.iter().copied())
     }
 
     pub(crate) fn at(&self, key: u32) -> &InstanceCut {

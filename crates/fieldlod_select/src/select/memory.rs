@@ -48,7 +48,8 @@ impl InstanceState {
     pub(crate) fn limits(self, frame: &Frame, slot: usize) -> Limits {
         match self {
             Self::Empty => Limits::EMPTY,
-            // No error changes a forced level.
+            // No error changes a forced level, but groups may become available.
+            Self::Mixed(_) if frame.scene.is_in_parts(slot) => Limits::UNKNOWN,
             _ if frame.settings.forced_level.is_some() => Limits::FIXED,
             _ => self
                 .limits_in_local(frame)
@@ -62,7 +63,9 @@ impl InstanceState {
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
             Self::Coarsest(mesh) => (mesh, None),
-            Self::AtLevel(mesh, level) if !hides => (mesh, Some(usize::from(level))),
+            Self::AtLevel(mesh, level) if !hides && frame.scene.table(mesh).is_chain() => {
+                (mesh, Some(usize::from(level)))
+            }
             Self::Mixed(_) | Self::AtLevel(..) => return Limits::UNKNOWN,
         };
         let errors = &frame.scene.table(mesh).level_errors;

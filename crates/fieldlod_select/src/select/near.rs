@@ -212,7 +212,7 @@ impl SceneCuts {
             InstanceState::AtLevel(_, level) => Some(usize::from(level)),
             _ => None,
         };
-        let key = self.pool.make();
+        let key = self.pool.make(candidate.id);
         let drawn = candidate.was.drawn_whole(frame.scene);
         self.pool.at_mut(key).begin(candidate.table, level, drawn);
         key

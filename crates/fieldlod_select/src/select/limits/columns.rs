@@ -3,6 +3,7 @@
 use crate::criterion::limits::Limits;
 use crate::lanes::bits::{CHUNK, LANES};
 use crate::lanes::{Eight, larger};
+use crate::scene::columns::truncate;
 
 /// Limits of all instances in columns, eight to an element, and of 64 at once.
 #[derive(Debug, Default)]
@@ -21,14 +22,21 @@ fn set(limits: &mut [EightLimits], index: usize, Limits { lowest, highest }: Lim
     limits[index / LANES].set(index % LANES, [lowest, highest]);
 }
 
+fn resize(limits: &mut Vec<EightLimits>, count: usize) {
+    let elements = count.div_ceil(LANES);
+    truncate(limits, elements);
+    limits.resize(elements, EMPTY);
+    // Lanes beyond the last one are never near.
+    for beyond in count..elements * LANES {
+        set(limits, beyond, Limits::EMPTY);
+    }
+}
+
 impl LimitColumns {
     /// Resizes the columns to `count` instances.
     pub(crate) fn resize(&mut self, count: usize) {
-        // Lanes beyond the last instance stay empty, and are never near.
-        let elements = count.div_ceil(LANES);
-        self.instances.resize(elements, EMPTY);
-        let chunks = elements.div_ceil(CHUNK / LANES).div_ceil(LANES);
-        self.chunks.resize(chunks, EMPTY);
+        resize(&mut self.instances, count);
+        resize(&mut self.chunks, count.div_ceil(CHUNK));
     }
 
     pub(crate) fn set(&mut self, slot: usize, limits: Limits) {

@@ -6,6 +6,7 @@ pub(crate) mod keep_test;
 use crate::criterion::limits::Limits;
 use crate::hidden::held_shares::LevelShare;
 use crate::scene::InstanceId;
+use crate::scene::columns::truncate;
 use crate::select::cuts::SceneCuts;
 use crate::select::frame::Frame;
 use crate::select::memory::{InstanceMemory, InstanceState};
@@ -25,12 +26,17 @@ impl SceneCuts {
             instance: InstanceId::NONE,
             state: InstanceState::Empty,
         };
+        // The scene dropped free slots.
+        for slot in count..self.memories.len() {
+            self.change_state(frame, slot, InstanceState::Empty);
+        }
+        truncate(&mut self.memories, count);
         self.memories.resize(count, nothing);
         let keeps_states = frame.keeps_states();
         // Limits depend on the ratio of both thresholds, which a zoom does not change.
         match changed.filter(|_| keeps_states && frame.keeps_units()) {
             Some(changed) => {
-                for &slot in changed {
+                for &slot in changed.iter().filter(|&&slot| (slot as usize) < count) {
                     self.update_limits_of(frame, slot as usize, true);
                 }
             }

@@ -16,7 +16,7 @@ use bevy::render::render_asset::RenderAssets;
 use bevy::render::render_resource::{PipelineCache, PollType};
 use bevy::render::renderer::RenderDevice;
 use bevy::render::sync_world::RenderEntity;
-use bevy::render::view::{RenderVisibleEntities, RenderVisibleEntitiesClass};
+use bevy::render::view::{Msaa, RenderVisibleEntities, RenderVisibleEntitiesClass};
 use bevy_fieldlod::prelude::*;
 use image::RgbaImage;
 
@@ -190,6 +190,11 @@ impl SceneApp {
             .for_each(|mut sun| sun.shadow_maps_enabled = has_shadows);
     }
 
+    /// Sets the samples per pixel.
+    pub fn set_msaa(&mut self, msaa: Msaa) {
+        self.stage.insert(self.eye.entity, msaa);
+    }
+
     /// Moves the camera to its place after a number of metres.
     pub fn go_to(&mut self, metres: f32) {
         let pose = (self.path)(metres);
@@ -220,7 +225,12 @@ impl SceneApp {
     }
 
     fn picture(&mut self, metres: f32) -> RgbaImage {
-        self.go_to(metres);
+        self.picture_from((self.path)(metres))
+    }
+
+    /// A picture from a pose.
+    pub fn picture_from(&mut self, pose: Transform) -> RgbaImage {
+        self.stage.insert(self.eye.entity, pose);
         self.draw();
         let [picture] = self.stage.shoot([&self.eye]);
         picture

@@ -138,6 +138,12 @@ impl Scene {
         })
     }
 
+    /// The camera at the start of its path.
+    #[must_use]
+    pub fn start(&self) -> Transform {
+        (self.path)(0.0)
+    }
+
     /// Triangles of all places at full detail, and of the props.
     #[must_use]
     pub fn triangles(&self) -> [usize; 2] {

@@ -1,0 +1,173 @@
+//! How far are levels of detail, hand-made ranges and full detail from the truth, on the adapter at hand?
+//!
+//! `cargo bench -p fieldlod_tests --bench truth -- forest 60` draws 60 trees with radii of 3, 6, 12 and 24 pixels;
+//! other scenes are drawn from the start of their paths. `--px 1,2,4` selects the thresholds of the plugin, and `--off`
+//! draws without multisampling instead of with four samples, Bevy's default. The distances of hand-made ranges have a
+//! common factor, at which their error from the truth is that of the plugin at its first threshold.
+//!
+//! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
+//! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
+
+mod measure;
+
+use std::path::Path;
+
+use bevy::math::UVec2;
+use bevy::prelude::*;
+use bevy::render::view::Msaa;
+use fieldlod_tests::scenes::{Method, Scene, SceneApp};
+use fieldlod_tests::stage::Stage;
+
+use measure::{Errors, Linear, rmse};
+
+const SIZE_PX: UVec2 = UVec2::new(320, 180);
+/// Size of the target of the truth in pixels of the picture. It has four samples per pixel.
+const SUPERSAMPLED: u32 = 4;
+/// Steps of a quarter of a pixel.
+const STEPS: u8 = 8;
+/// Pixels per radian at the centre, for Bevy's default field of view of π/4.
+const FOCAL_PX: f32 = 90.0 / 0.414_213_57;
+/// The mean radius of the forest's trees in metres.
+const TREE_RADIUS: f32 = 1.3 * 2.5;
+/// Steps of the search for the factor of distances. Each halves the interval.
+const SEARCH_STEPS: usize = 8;
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let size = args.iter().find_map(|arg| arg.parse().ok());
+    let scene = args.iter().find_map(|name| Scene::named(name, size));
+    let scene = scene.unwrap_or_else(|| Scene::named("forest", Some(60)).expect("a name"));
+    let at = args.iter().position(|arg| arg == "--px");
+    let thresholds = at.map_or("1,2", |at| &args[at + 1]);
+    let thresholds: Vec<f32> = thresholds
+        .split(',')
+        .filter_map(|px| px.parse().ok())
+        .collect();
+    let msaa = if args.iter().any(|arg| arg == "--off") {
+        Msaa::Off
+    } else {
+        Msaa::Sample4
+    };
+    let places: Vec<(String, Transform)> = if scene.name == "forest" {
+        [3.0, 6.0, 12.0, 24.0].map(tree_at).into()
+    } else {
+        vec![("start".into(), scene.start())]
+    };
+    let Some(mut truth) = app(
+        &scene,
+        Method::Full { gpu: false },
+        Msaa::Sample4,
+        SUPERSAMPLED,
+    ) else {
+        return;
+    };
+    println!("{}, {msaa:?}, {}", scene.name, truth.adapter());
+    println!(
+        "{:<8}{:<16}{:>11}{:>8}{:>8}{:>8}{:>9}",
+        "", "", "triangles", "RMSE", "bias", "FLIP", "flicker"
+    );
+    let mut methods = vec![("full detail".to_owned(), Method::Full { gpu: false })];
+    methods.extend(
+        thresholds
+            .iter()
+            .map(|&px| (format!("plugin, {px} px"), Method::auto_lod(px))),
+    );
+    let app = |method| app(&scene, method, msaa, 1).expect("there was an adapter");
+    let mut apps: Vec<_> = methods
+        .into_iter()
+        .map(|(name, method)| (name, app(method)))
+        .collect();
+    let mut ranges = app(Method::Ranges { gpu: false });
+    for (place, pose) in places {
+        let poses = steps_from(pose);
+        let truth = pictures(&mut truth, &poses, SUPERSAMPLED);
+        keep(&truth[0], &place, "truth");
+        let mut rows = Vec::new();
+        for (name, app) in &mut apps {
+            rows.push(measure(name, &place, app, &poses, &truth));
+        }
+        let wanted = rows[1].rmse;
+        let factor = match_error(&mut ranges, wanted, &poses[..1], &truth[..1]);
+        measure(
+            &format!("ranges × {factor:.2}"),
+            &place,
+            &mut ranges,
+            &poses,
+            &truth,
+        );
+    }
+}
+
+fn app(scene: &Scene, method: Method, msaa: Msaa, scale: u32) -> Option<SceneApp> {
+    let mut app = SceneApp::new(Stage::stock()?, scene, method, SIZE_PX * scale, false);
+    app.set_msaa(msaa);
+    app.wait_for_levels();
+    Some(app)
+}
+
+/// The forest from the distance at which trees have this radius in pixels.
+fn tree_at(radius_px: f32) -> (String, Transform) {
+    let distance = FOCAL_PX * TREE_RADIUS / radius_px;
+    let eye = Vec3::new(-distance, 0.3 * distance, 0.0);
+    let pose = Transform::from_translation(eye).looking_at(Vec3::Y * 2.0, Vec3::Y);
+    (format!("{radius_px} px"), pose)
+}
+
+/// Poses that turn by a quarter of a pixel each.
+fn steps_from(pose: Transform) -> Vec<Transform> {
+    let turn = |step: u8| Quat::from_rotation_y(f32::from(step) * 0.25 / FOCAL_PX);
+    (0..STEPS)
+        .map(|step| pose.with_rotation(pose.rotation * turn(step)))
+        .collect()
+}
+
+fn pictures(app: &mut SceneApp, poses: &[Transform], scale: u32) -> Vec<Linear> {
+    let pictures = poses.iter().map(|&pose| app.picture_from(pose));
+    pictures
+        .map(|picture| Linear::of(&picture, scale))
+        .collect()
+}
+
+fn measure(
+    name: &str,
+    place: &str,
+    app: &mut SceneApp,
+    poses: &[Transform],
+    truth: &[Linear],
+) -> Errors {
+    let pictures = pictures(app, poses, 1);
+    keep(&pictures[0], place, name);
+    let errors = Errors::of(&pictures, truth);
+    println!(
+        "{place:<8}{name:<16}{:>11}{:>8.2}{:>8.2}{:>8.4}{:>9.2}",
+        app.triangles(),
+        errors.rmse,
+        errors.bias,
+        errors.flip,
+        errors.flicker
+    );
+    errors
+}
+
+/// Scales the distances of hand-made levels to the least factor whose error is at most `wanted`. Returns the factor.
+fn match_error(app: &mut SceneApp, wanted: f64, poses: &[Transform], truth: &[Linear]) -> f32 {
+    let (mut near, mut far) = (0.02f32, 20.0f32);
+    for _ in 0..SEARCH_STEPS {
+        let factor = (near * far).sqrt();
+        app.scale_ranges(factor);
+        if rmse(&pictures(app, poses, 1), truth) > wanted {
+            near = factor;
+        } else {
+            far = factor;
+        }
+    }
+    app.scale_ranges(far);
+    far
+}
+
+fn keep(picture: &Linear, place: &str, name: &str) {
+    if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
+        let file = Path::new(&folder).join(format!("{place} {name}.png"));
+        picture.to_image().save(file).expect("the folder exists");
+    }
+}

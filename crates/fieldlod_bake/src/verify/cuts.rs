@@ -202,9 +202,7 @@ fn root(leads_to: &[u32], mut vertex: u32) -> u32 {
 
 /// Areas and directions of the triangles of each unit.
 fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
-    let source = subject.source_triangles();
-    let corners = source.iter().map(|&triangle| subject.corners(triangle));
-    let tree = TriangleTree::new(corners);
+    let tree = TriangleTree::new(subject.source_corners());
     let units = subject.hierarchy.units.par_iter();
     let facings = units.map(|unit| {
         // If no deviation was measured, the group's error is the search distance.

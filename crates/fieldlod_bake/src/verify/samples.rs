@@ -13,6 +13,7 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 const TRIANGLES_PER_TASK: usize = 512;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
+    subject.check_rounding()?;
     check_simplified_to_source(subject, verified)?;
     for level in 1..subject.hierarchy.level_count() {
         check_source_to_cut(subject, level, verified)?;
@@ -27,7 +28,7 @@ fn points_per_triangle(subject: &Subject<'_>, wanted: u32, triangles: usize) -> 
 }
 
 /// A distance as a share of the stated deviation, without rounding errors.
-fn share_of_stated(distance: f32, stated: f32) -> f32 {
+pub(super) fn share_of_stated(distance: f32, stated: f32) -> f32 {
     let beyond_rounding = (distance - ROUNDING).max(0.0);
     if beyond_rounding > 0.0 {
         beyond_rounding / stated
@@ -42,8 +43,7 @@ fn check_simplified_to_source(
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
     let hierarchy = subject.hierarchy;
-    let source = subject.source_triangles().iter();
-    let tree = TriangleTree::new(source.map(|&triangle| subject.corners(triangle)));
+    let tree = TriangleTree::new(subject.source_corners());
     // All simplified triangles with their groups.
     let units = hierarchy.units.iter();
     let simplified = units.filter_map(|unit| Some((unit.producer()?, unit)));
@@ -96,15 +96,15 @@ fn check_source_to_cut(
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
     let tree = TriangleTree::new(corners);
-    let source = subject.source_triangles();
+    let source = subject.source_corners();
     let density = points_per_triangle(subject, subject.settings.samples_per_triangle, source.len());
     let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
     let worst = tasks.map(|(task, triangles)| {
         let mut random = Random::new((u64::from(level) << 32) + task as u64);
         let mut search = WorstSearch::new(subject, &tree, &drawn);
-        for &triangle in triangles {
+        for &corners in triangles {
             for _ in 0..density {
-                search.visit(point_on(subject.corners(triangle), &mut random));
+                search.visit(point_on(corners, &mut random));
             }
         }
         search.worst

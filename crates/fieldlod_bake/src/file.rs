@@ -3,17 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
+use fieldlod_hierarchy::{Aabb, BakedFile, BakedPrimitive, Hierarchy};
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
 use crate::characters::bake_rigged;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Skipped, UnreadImage,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Rig, Skipped, UnreadImage,
     import_gltf, import_gltf_bytes,
 };
 use crate::levels::neighbours::meeting_vertices;
-use crate::mesh::{MeshError, SourceMesh};
+use crate::mesh::components::{connect, find_first};
+use crate::mesh::{MeshError, SourceMesh, bits};
 use crate::plants::together::{bake_together_with_progress, config_for_adjacent};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
@@ -79,6 +81,7 @@ pub fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
+    let of_grids = primitives_of_grids(&import);
     let rigged = bake_rigged_primitives(&import, config, &tracker)?;
     import
         .primitives
@@ -102,7 +105,8 @@ pub fn bake_import(
     let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
     // Rigged primitives were baked separately. Files list primitives in the order of the glTF file.
     baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
-    let (primitives, reports) = baked.into_iter().unzip();
+    let (mut primitives, reports): (Vec<_>, Vec<_>) = baked.into_iter().unzip();
+    share_grids(&mut primitives, &of_grids);
     Ok(BakeOutcome {
         file: BakedFile { primitives },
         reports,
@@ -159,6 +163,52 @@ fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
         }
     }
     outer
+}
+
+/// For each primitive, the first primitive that needs the same grid if positions are rounded: because they share
+/// vertices in one space, or are parts of one character.
+fn primitives_of_grids(import: &Import) -> BTreeMap<(u32, u32), u32> {
+    let mut first: Vec<u32> = (0..import.primitives.len() as u32).collect();
+    let mut at: FxHashMap<_, u32> = FxHashMap::default();
+    for (index, primitive) in (0..).zip(&import.primitives) {
+        let mesh = primitive.place.mesh_index;
+        let space = (0, import.space_of_mesh[mesh as usize]);
+        let of_rig = |rig: &Rig| rig.skins.first().map_or((1, mesh), |skin| (2, *skin));
+        let mut meet = |key| connect(&mut first, index, *at.entry(key).or_insert(index));
+        match &primitive.rig {
+            Some(rig) => meet((of_rig(rig), None)),
+            None => {
+                let positions = primitive.mesh.positions.iter();
+                positions.for_each(|position| meet((space, Some(bits(*position)))));
+            }
+        }
+    }
+    let places = import.primitives.iter().map(|primitive| &primitive.place);
+    let firsts = (0..).zip(places).map(|(index, place)| {
+        let key = (place.mesh_index, place.primitive_index);
+        (key, find_first(&mut first, index))
+    });
+    firsts.collect()
+}
+
+/// Gives primitives with the same grid the box of them all.
+fn share_grids(primitives: &mut [BakedPrimitive], of_grids: &BTreeMap<(u32, u32), u32>) {
+    let mut boxes: BTreeMap<u32, (Aabb, usize)> = BTreeMap::new();
+    let grid_of = |p: &BakedPrimitive| of_grids.get(&(p.mesh_index, p.primitive_index)).copied();
+    for primitive in &*primitives {
+        let positions = primitive.hierarchy.vertices.positions.iter();
+        if let (Some(grid), Some(own)) = (grid_of(primitive), Aabb::around(positions.copied())) {
+            let (whole, count) = boxes.entry(grid).or_insert((own, 0));
+            (whole.min, whole.max) = (whole.min.min(own.min), whole.max.max(own.max));
+            *count += 1;
+        }
+    }
+    for primitive in primitives {
+        let shared = grid_of(primitive).and_then(|grid| boxes.get(&grid));
+        primitive.grid_box = shared
+            .filter(|(_, count)| *count > 1)
+            .map(|(whole, _)| *whole);
+    }
 }
 
 /// Bakes the primitives of one glTF mesh.

@@ -169,15 +169,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         beside_source: arguments.beside_source,
     };
     let mut bytes = outcome.file.to_bytes_with(options);
+    let pages = arguments
+        .pages
+        .then(|| PagedFile::to_bytes(&outcome.file, arguments.page_options()));
     if options != FileOptions::default() {
         // The report describes the file, which differs from the bake.
         let written = BakedFile::from_bytes_beside_source(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
-    // Quantized values stay the same when they are quantized again.
-    if arguments.pages {
-        bytes = PagedFile::to_bytes(&outcome.file, arguments.page_options());
-    }
+    bytes = pages.unwrap_or(bytes);
     if let Some(edges) = edges {
         warnings.extend(coarse_grids(&outcome.file, &edges));
     }

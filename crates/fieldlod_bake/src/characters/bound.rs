@@ -52,9 +52,15 @@ struct Skeleton<'a> {
 
 impl<'a> Skeleton<'a> {
     fn of(character: &'a Character<'a>, import: &Import) -> Self {
-        let (joints, binds) = character.skin.map_or((&[][..], &[][..]), |skin| {
-            (&skin.joints[..], &skin.inverse_binds[..])
-        });
+        // Skins of one character usually have equal skeletons.
+        let skin = character.skins.first();
+        let joints = skin.map_or(&[][..], |skin| &skin.joints);
+        // A matrix without an inverse places its joint nowhere.
+        let pivot = |joint: u16| {
+            let skin = skin.filter(|skin| skin.is_invertible(joint));
+            let bind = skin.map(|skin| skin.inverse_binds[usize::from(joint)].inverse());
+            bind.map_or(Vec3::ZERO, |bind| bind.w_axis.truncate())
+        };
         let chain = |&joint: &u32| {
             let nodes = ancestors(&import.nodes, joint);
             let above = nodes.filter_map(|node| joints.iter().position(|&joint| joint == node));
@@ -62,10 +68,7 @@ impl<'a> Skeleton<'a> {
         };
         Self {
             character,
-            pivots: binds
-                .iter()
-                .map(|bind| bind.inverse().w_axis.truncate())
-                .collect(),
+            pivots: (0..joints.len() as u16).map(pivot).collect(),
             chains: joints.iter().map(chain).collect(),
         }
     }

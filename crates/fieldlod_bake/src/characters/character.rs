@@ -6,10 +6,10 @@ use std::ops::Range;
 use fieldlod_hierarchy::{Hierarchy, SourceHash};
 use glam::Vec3;
 
+use super::apart::positions_apart;
 use crate::import::{Import, ImportedPrimitive, Rig, Skin};
-use crate::mesh::SourceMesh;
 use crate::mesh::components::components_of;
-use crate::mesh::topology::Topology;
+use crate::mesh::{SourceMesh, adapter};
 use crate::plants::together::{Joint, as_one_mesh};
 
 /// Primitives that change their levels together.
@@ -19,10 +19,14 @@ pub struct Character<'a> {
     pub parts: Vec<Part<'a>>,
     /// All parts as one mesh, in the bind pose.
     pub mesh: SourceMesh,
+    /// Positions in the bind pose in which parts that lie at one place are apart.
+    pub(super) apart: Vec<Vec3>,
     /// For each vertex, the index of its connected component. Parts that meet are connected.
     pub(super) component: Vec<u32>,
-    pub(super) skin: Option<&'a Skin>,
-    /// For each vertex, the joints that move it and their weights, which sum to 1. Empty without a skin.
+    /// The skins that the parts are drawn with.
+    pub(super) skins: Vec<&'a Skin>,
+    /// For each vertex, the joints that move it and their weights. All are zero if its place is unknown. Empty without
+    /// a skin.
     pub(super) influences: Vec<[(u16, f32); 4]>,
     /// Joints that move at least one vertex, as indices into the joints of the skin. Joints that move the largest area
     /// come first.
@@ -45,9 +49,10 @@ impl Part<'_> {
     /// The hash of the primitive's mesh with joints and morph targets.
     pub(super) fn source_hash(&self) -> SourceHash {
         let vertices = self.primitive.mesh.source_hash();
-        let joints = match self.rig.skin {
-            Some(_) => vertices.with_joints(&self.rig.joints, &self.rig.weights),
-            None => vertices,
+        let joints = if self.rig.skins.is_empty() {
+            vertices
+        } else {
+            vertices.with_joints(&self.rig.joints, &self.rig.weights)
         };
         let targets = self.rig.targets.iter();
         targets.fold(joints, |hash, target| hash.with_morph_target(target))
@@ -65,17 +70,19 @@ impl Part<'_> {
 }
 
 impl<'a> Character<'a> {
-    /// The characters of a file: primitives with one skin, or of one mesh without a skin.
+    /// The characters of a file: primitives with the same skins, or of one mesh without a skin.
     #[must_use]
     pub fn all_of(import: &'a Import) -> Vec<Self> {
-        let mut by_key: BTreeMap<(bool, u32), Vec<Part<'a>>> = BTreeMap::new();
+        let mut by_key: BTreeMap<(&[u32], u32), Vec<Part<'a>>> = BTreeMap::new();
         for (index, primitive) in import.primitives.iter().enumerate() {
             let Some(rig) = &primitive.rig else {
                 continue;
             };
             let mesh = primitive.place.mesh_index;
-            // Indices of skins and of meshes overlap, so the key holds which one it is.
-            let key = (rig.skin.is_none(), rig.skin.unwrap_or(mesh));
+            let key = match &rig.skins[..] {
+                [] => (&[][..], mesh),
+                skins => (skins, 0),
+            };
             by_key.entry(key).or_default().push(Part {
                 index,
                 primitive,
@@ -87,22 +94,25 @@ impl<'a> Character<'a> {
         parts.map(|parts| Self::of(parts, &import.skins)).collect()
     }
 
-    fn of(mut parts: Vec<Part<'a>>, skins: &'a [Skin]) -> Self {
+    fn of(mut parts: Vec<Part<'a>>, all_skins: &'a [Skin]) -> Self {
+        let of_first = parts.iter().take(1).flat_map(|part| &part.rig.skins);
+        let skins: Vec<&Skin> = of_first.map(|skin| &all_skins[*skin as usize]).collect();
         let mut influences = Vec::new();
         let mut first = 0;
         for part in &mut parts {
             part.vertices = first..first + part.primitive.mesh.positions.len() as u32;
             first = part.vertices.end;
-            influences.extend(influences_of(part.rig));
+            influences.extend(influences_of(part.rig, &skins));
         }
         let meshes = parts.iter().map(|part| &part.primitive.mesh);
         let mesh = as_one_mesh(&meshes.collect::<Vec<_>>(), Joint::Surface);
-        let skin = parts.first().and_then(|part| part.rig.skin);
+        let apart = positions_apart(&mesh, &influences);
         let mut character = Self {
-            component: component_of_vertices(&mesh),
+            component: component_of_vertices(&mesh, &apart),
+            apart,
             parts,
             mesh,
-            skin: skin.map(|skin| &skins[skin as usize]),
+            skins,
             influences,
             joints_by_weight: Vec::new(),
         };
@@ -110,10 +120,17 @@ impl<'a> Character<'a> {
         character
     }
 
-    /// The joint that moves the largest area. Poses are relative to it: a character that moves as a whole is not
-    /// deformed.
+    /// The joint with an invertible matrix that moves the largest area. Poses are relative to it: a character that moves
+    /// as a whole is not deformed.
     pub(super) fn carrier_joint(&self) -> Option<u16> {
-        self.joints_by_weight.first().copied()
+        let mut joints = self.joints_by_weight.iter().copied();
+        joints.find(|&joint| self.skins.iter().all(|skin| skin.is_invertible(joint)))
+    }
+
+    /// Whether Bevy draws a vertex at a place that depends on more than the pose. Its triangles stay at all levels.
+    pub(super) fn is_odd(&self, vertex: u32) -> bool {
+        let influences = self.influences.get(vertex as usize);
+        influences.is_some_and(|own| own.iter().all(|(_, weight)| *weight == 0.0))
     }
 
     /// The triangles of all parts.
@@ -161,10 +178,10 @@ impl<'a> Character<'a> {
     }
 }
 
-fn component_of_vertices(mesh: &SourceMesh) -> Vec<u32> {
-    let positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
+fn component_of_vertices(mesh: &SourceMesh, apart: &[Vec3]) -> Vec<u32> {
+    let positions: Vec<[f32; 3]> = apart.iter().map(Vec3::to_array).collect();
     let is_locked = vec![false; positions.len()];
-    let same_position = Topology::exact(mesh).place;
+    let same_position = meshopt::generate_position_remap(&adapter(&positions));
     let components = components_of(&mesh.indices, &positions, &same_position, &is_locked);
     let mut component_of = vec![0; positions.len()];
     for (index, component) in (0..).zip(&components) {
@@ -175,15 +192,17 @@ fn component_of_vertices(mesh: &SourceMesh) -> Vec<u32> {
     component_of
 }
 
-/// Joints and normalized weights of each vertex. Joints without a weight become joint 0, because their index may be out
-/// of range.
-fn influences_of(rig: &Rig) -> impl Iterator<Item = [(u16, f32); 4]> + '_ {
+/// Joints and weights of each vertex. All are zero if any skin cannot use them.
+fn influences_of<'a>(
+    rig: &'a Rig,
+    skins: &'a [&Skin],
+) -> impl Iterator<Item = [(u16, f32); 4]> + 'a {
     let pairs = rig.joints.iter().zip(&rig.weights);
-    pairs.map(|(joints, weights)| {
-        let sum: f32 = weights.iter().sum();
-        std::array::from_fn(|k| match weights[k] {
-            0.0 => (0, 0.0),
-            weight => (joints[k], weight / sum),
-        })
+    pairs.map(|(&joints, &weights)| {
+        let mut of_skins = skins.iter().map(|skin| skin.influences(joints, weights));
+        let first = of_skins.next().flatten();
+        first
+            .filter(|_| of_skins.all(|own| own.is_some()))
+            .unwrap_or_default()
     })
 }

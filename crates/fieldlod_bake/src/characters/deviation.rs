@@ -61,14 +61,14 @@ impl Sample {
 
 impl Surface {
     /// The surface in the bind pose.
-    fn of(triangles: &[[u32; 3]], positions: &[Vec3], samples: Vec<Sample>) -> Self {
+    fn of(triangles: &[[u32; 3]], character: &Character<'_>, samples: Vec<Sample>) -> Self {
         let mut surface = Self {
             samples,
             places: Vec::new(),
-            tree: TriangleTree::new(distinct_corners(triangles, positions)),
+            tree: TriangleTree::new(distinct_corners(triangles, &character.apart)),
             triangles: triangles.to_vec(),
         };
-        surface.pose(positions);
+        surface.pose(&character.mesh.positions);
         surface
     }
 
@@ -141,7 +141,7 @@ fn measure(
         if is_exact {
             samples = samples.into_iter().step_by(MEAN_STEP).collect();
         }
-        Surface::of(triangles, positions, samples)
+        Surface::of(triangles, character, samples)
     };
     let mut source = surface(character.triangles());
     let groups = group.iter().max().map_or(1, |last| *last as usize + 1);
@@ -172,7 +172,7 @@ pub(super) fn nearest_pairs(character: &Character<'_>, level: &[[u32; 3]]) -> Ve
     let positions = &character.mesh.positions;
     let surface = |triangles| {
         let samples = samples_of(triangles, positions, spacing(character));
-        Surface::of(triangles, positions, samples)
+        Surface::of(triangles, character, samples)
     };
     let (source, level) = (surface(character.triangles()), surface(level));
     let pairs = [(&source, &level), (&level, &source)].map(|(from, to)| {

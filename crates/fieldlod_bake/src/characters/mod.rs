@@ -1,9 +1,10 @@
 //! Levels of skinned and morphed meshes.
 //!
 //! In: the primitives of an [`Import`] that have a rig. Out: for each, a chain of whole-mesh levels. Primitives with
-//! one skin are one character: they are simplified together and change their levels together. Levels use source
+//! the same skins are one character: they are simplified together and change their levels together. Levels use source
 //! vertices alone, so a level has the joints, weights and morph targets of the source.
 
+mod apart;
 mod bound;
 mod channels;
 mod character;
@@ -37,7 +38,7 @@ pub type RiggedResult = Result<(Hierarchy, BakeReport), MeshError>;
 
 /// Bakes all primitives of a file that have a skin or morph targets, in the order of the file.
 ///
-/// Primitives with the same skin, and primitives without a skin of the same glTF mesh, have the same spheres, errors
+/// Primitives with the same skins, and primitives without a skin of the same glTF mesh, have the same spheres, errors
 /// and number of levels.
 ///
 /// # Errors

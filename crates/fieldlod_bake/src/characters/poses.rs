@@ -4,7 +4,7 @@ use glam::{Affine3A, Mat4, Quat, Vec3};
 
 use super::character::Character;
 use crate::import::rig::ancestors;
-use crate::import::{Channel, Clip, Import, Node, Property};
+use crate::import::{Channel, Clip, Import, Node, Property, Skin};
 use crate::mesh::MAX_COORDINATE;
 
 /// Poses chosen from clips, or from bent joints if there are no clips. With 8, characters have 6 % more triangles at
@@ -33,6 +33,9 @@ const BEND: f32 = 1.3;
 /// CesiumMan deviates 1.15 times as far as stated. At half the angle, it is 1.00 times. At double the angle, the
 /// guarantee is 9 % larger.
 const BEND_BESIDE_CLIPS: f32 = 0.65;
+/// Largest difference between numbers of two rest poses that are the same. Rounding is smaller, and a twist of this many
+/// radians bends no joint differently.
+const SAME_REST: f32 = 1e-4;
 /// Poses that guide the simplification and choose between its results. Each one costs a measurement of every
 /// simplification. With 16, characters have 5 % more triangles at equal deviation. Only characters with many morph
 /// targets or instances have more than 32.
@@ -44,6 +47,8 @@ const MOST_GUIDING: usize = 32;
 pub struct Pose {
     /// For each joint of the skin, the transform from the bind pose. Empty for the bind pose.
     joints: Vec<Affine3A>,
+    /// The origin of the world.
+    origin: Vec3,
     /// For each part of the character, the weights of its morph targets.
     weights: Vec<Vec<f32>>,
 }
@@ -62,11 +67,15 @@ impl Pose {
         }
         if !self.joints.is_empty() {
             let influences = positions.iter_mut().zip(&character.influences);
+            let influences = influences.filter(|(_, own)| own.iter().any(|(_, w)| *w != 0.0));
             for (position, influence) in influences {
                 let of_joint = |&(joint, weight): &(u16, f32)| {
                     self.joints[usize::from(joint)].transform_point3(*position) * weight
                 };
-                *position = influence.iter().map(of_joint).sum();
+                let moved: Vec3 = influence.iter().map(of_joint).sum();
+                // Bevy adds up places in the world. Weights below 1 draw a vertex towards its origin.
+                let missing = 1.0 - influence.iter().map(|(_, weight)| weight).sum::<f32>();
+                *position = moved + self.origin * missing;
             }
         }
         positions
@@ -117,8 +126,9 @@ impl Training {
         } else {
             BEND_BESIDE_CLIPS
         };
-        let mut bent = bent_poses(character, import, angle);
-        let rest = Rig::of(character, import).poses(&[]);
+        let rigs = Rig::of_skins(character, import);
+        let mut bent = bent_poses(&rigs, angle);
+        let rest = rigs.iter().flat_map(|rig| rig.poses(&[]));
         let first = std::iter::once(Pose::default()).chain(rest).collect();
         let varied = if of_clips.is_empty() { &bent } else { of_clips };
         let mut poses = farthest(character, first, varied);
@@ -139,9 +149,10 @@ impl Training {
 /// Poses at up to 64 keyframes of each clip. Empty if no clip moves the character.
 #[must_use]
 pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) -> Vec<Pose> {
-    let rig = Rig::of(character, import);
-    let most = MOST_CANDIDATES / (clips.len() * rig.instances).max(1);
-    let poses = clips.iter().flat_map(|clip| {
+    let rigs = Rig::of_skins(character, import);
+    let instances = rigs.first().map_or(1, |rig| rig.instances);
+    let most = MOST_CANDIDATES / (clips.len() * rigs.len() * instances).max(1);
+    let of_rig = |rig: &Rig<'_>, clip: &Clip| {
         let channels = clip.channels.iter();
         let own: Vec<_> = channels
             .filter(|channel| rig.is_used[channel.node as usize])
@@ -151,10 +162,14 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
         times.sort_by(f32::total_cmp);
         times.dedup();
         let step = times.len().div_ceil(most.clamp(1, MOST_OF_CLIP)).max(1);
-        let rig = &rig;
         let times = times.into_iter().step_by(step);
-        times.flat_map(move |time| rig.poses_at(own.iter().copied(), time))
-    });
+        let poses = times.flat_map(|time| rig.poses_at(own.iter().copied(), time));
+        poses.collect::<Vec<_>>()
+    };
+    let pairs = clips
+        .iter()
+        .flat_map(|clip| rigs.iter().map(move |rig| (rig, clip)));
+    let poses = pairs.flat_map(|(rig, clip)| of_rig(rig, clip));
     poses.take(MOST_CANDIDATES).collect()
 }
 
@@ -162,21 +177,44 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
 #[cfg(any(test, feature = "test-support"))]
 #[must_use]
 pub fn pose_at(character: &Character<'_>, import: &Import, clip: &Clip, time: f32) -> Option<Pose> {
-    let rig = Rig::of(character, import);
+    let rigs = Rig::of_skins(character, import);
+    let rig = rigs.first()?;
     rig.poses_at(&clip.channels, time).into_iter().next()
 }
 
-/// Each joint bent by itself.
-fn bent_poses(character: &Character<'_>, import: &Import, angle: f32) -> Vec<Pose> {
-    let rig = Rig::of(character, import);
-    let joints = character.joints_by_weight.iter().take(MOST_BENT);
+/// Each joint of each skin bent by itself. A skin that rests like an earlier one also bends like it.
+fn bent_poses(rigs: &[Rig<'_>], angle: f32) -> Vec<Pose> {
+    let mut rests: Vec<Option<Pose>> = Vec::new();
+    let mut bent = Vec::new();
+    for rig in rigs {
+        let rest = rig.poses(&[]).into_iter().next();
+        if !rests
+            .iter()
+            .any(|other| is_same_rest(other.as_ref(), rest.as_ref()))
+        {
+            bent.extend(bent_poses_of(rig, angle));
+        }
+        rests.push(rest);
+    }
+    bent
+}
+
+fn is_same_rest(a: Option<&Pose>, b: Option<&Pose>) -> bool {
+    a.zip(b).is_some_and(|(a, b)| {
+        let mut pairs = a.joints.iter().zip(&b.joints);
+        pairs.all(|(a, b)| a.abs_diff_eq(*b, SAME_REST))
+    })
+}
+
+fn bent_poses_of(rig: &Rig<'_>, angle: f32) -> Vec<Pose> {
+    let joints = rig.character.joints_by_weight.iter().take(MOST_BENT);
     let bends = joints.flat_map(|&joint| {
         let node = rig.joints[usize::from(joint)];
         let axes = [Vec3::X, Vec3::Y, Vec3::Z].into_iter();
         axes.flat_map(move |axis| [(node, axis, angle), (node, axis, -angle)])
     });
     let pose = |(node, axis, angle): (u32, Vec3, f32)| {
-        let rest = import.nodes[node as usize].rotation;
+        let rest = rig.nodes[node as usize].rotation;
         let rotation = rest * Quat::from_axis_angle(axis, angle);
         let change = (node, Property::Rotation, rotation.to_array().to_vec());
         // Instances differ by their morph weights alone, so one of them suffices.
@@ -192,8 +230,8 @@ fn target_poses(character: &Character<'_>) -> Vec<Pose> {
         let mut weights = vec![0.0; target + 1];
         weights[target] = 1.0;
         Pose {
-            joints: Vec::new(),
             weights: vec![weights; character.parts.len()],
+            ..Pose::default()
         }
     };
     (0..targets.max().unwrap_or(0)).map(pose).collect()
@@ -240,6 +278,7 @@ type Change = (u32, Property, Vec<f32>);
 struct Rig<'a> {
     character: &'a Character<'a>,
     nodes: &'a [Node],
+    skin: Option<&'a Skin>,
     /// The nodes of the joints.
     joints: &'a [u32],
     /// The joints and their ancestors, parents first.
@@ -255,8 +294,20 @@ struct Rig<'a> {
 }
 
 impl<'a> Rig<'a> {
-    fn of(character: &'a Character<'a>, import: &'a Import) -> Self {
-        let joints = character.skin.map_or(&[][..], |skin| &skin.joints);
+    /// The nodes that pose a character, for each of its skins.
+    fn of_skins(character: &'a Character<'a>, import: &'a Import) -> Vec<Self> {
+        let skins = character.skins.iter().take(MOST_INSTANCES);
+        let skins = skins.map(|skin| Self::of(character, import, Some(skin)));
+        let skins: Vec<Self> = skins.collect();
+        if skins.is_empty() {
+            vec![Self::of(character, import, None)]
+        } else {
+            skins
+        }
+    }
+
+    fn of(character: &'a Character<'a>, import: &'a Import, skin: Option<&'a Skin>) -> Self {
+        let joints = skin.map_or(&[][..], |skin| &skin.joints);
         let mut is_used = vec![false; import.nodes.len()];
         let mut order: Vec<u32> = Vec::new();
         for &joint in joints {
@@ -285,6 +336,7 @@ impl<'a> Rig<'a> {
         Self {
             character,
             nodes: &import.nodes,
+            skin,
             joints,
             order,
             slots,
@@ -308,23 +360,28 @@ impl<'a> Rig<'a> {
     /// Degenerate poses, and poses that are too far away, are left out.
     fn poses(&self, changes: &[Change]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::new();
-        let Some(joints) = self.joints_in(changes) else {
+        let Some((joints, origin)) = self.joints_in(changes) else {
             return poses;
         };
         for instance in 0..self.instances {
             let weights = self.weights_in(changes, instance);
             if poses.iter().all(|pose| pose.weights != weights) {
                 let joints = joints.clone();
-                poses.push(Pose { joints, weights });
+                poses.push(Pose {
+                    joints,
+                    origin,
+                    weights,
+                });
             }
         }
         poses.retain(|pose| pose.is_usable(self.character));
         poses
     }
 
-    fn joints_in(&self, changes: &[Change]) -> Option<Vec<Affine3A>> {
-        let Some(skin) = self.character.skin else {
-            return Some(Vec::new());
+    /// The transforms of the joints and the origin of the world, relative to the carrier joint.
+    fn joints_in(&self, changes: &[Change]) -> Option<(Vec<Affine3A>, Vec3)> {
+        let Some(skin) = self.skin else {
+            return Some((Vec::new(), Vec3::ZERO));
         };
         let nodes = || self.order.iter().map(|&node| &self.nodes[node as usize]);
         let local = |node: &Node| (node.scale, node.rotation, node.translation);
@@ -363,7 +420,8 @@ impl<'a> Rig<'a> {
         // A carrier that is scaled to zero has no inverse.
         let is_regular = carrier.matrix3.determinant().is_normal();
         let own_from_world = is_regular.then(|| carrier.inverse())?;
-        Some(joints.iter().map(|joint| own_from_world * *joint).collect())
+        let joints = joints.iter().map(|joint| own_from_world * *joint);
+        Some((joints.collect(), own_from_world.translation.into()))
     }
 
     /// The weights of the morph targets of each part, as an instance has them.

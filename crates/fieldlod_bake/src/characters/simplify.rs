@@ -31,7 +31,9 @@ pub(super) struct Simplifier<'a> {
     flat_vertices: FxHashMap<u32, Vec<u32>>,
     /// Protects the vertices where parts meet. Otherwise triangles would span two parts.
     between_parts: Vec<SimplifyVertex>,
-    /// Triangles with welded vertices.
+    /// Triangles with odd vertices, which stay at all levels.
+    odd: Vec<[u32; 3]>,
+    /// Other triangles with welded vertices.
     indices: Vec<u32>,
     channels: Vec<[f32; CHANNELS]>,
     /// The weight of the channels if one triangle is kept and the strength is 1.
@@ -42,19 +44,35 @@ impl<'a> Simplifier<'a> {
     pub(super) fn of(character: &'a Character<'a>, poses: &[Pose]) -> Self {
         let surfaces = Surfaces::of(character.parts.iter().map(|part| &part.primitive.mesh));
         let mut mesh = character.mesh.clone();
+        mesh.positions.clone_from(&character.apart);
         // Welding connects triangles that have their own vertices.
         let first = welded(character);
         smooth_normals(character, &mut mesh, &first);
         let topology = Topology::of(&mesh, &surfaces);
-        let vertices = LevelVertices::of(&mesh, topology, surfaces, NORMAL_WEIGHT);
+        let mut vertices = LevelVertices::of(&mesh, topology, surfaces, NORMAL_WEIGHT);
+        let is_odd = |triangle: &[u32; 3]| triangle.iter().any(|v| character.is_odd(*v));
+        let triangles = character.triangles().iter().copied();
+        let (odd, regular): (Vec<_>, Vec<_>) = triangles.partition(is_odd);
+        let mut between_parts = between_parts(&vertices);
+        // The rest stays connected to the odd triangles.
+        for &vertex in odd.as_flattened() {
+            let place = vertices.same_position[vertex as usize] as usize;
+            vertices.protection[place] |= SimplifyVertex::Lock;
+            between_parts[place] |= SimplifyVertex::Lock;
+        }
         let posed: Vec<Vec<Vec3>> = poses.iter().map(|pose| pose.positions(character)).collect();
-        let extent = extent_of(&character.mesh.positions);
+        let extent = extent_of(&character.apart);
         let area = character.area();
         let weight =
             (extent * extent / (6.0 * area)).sqrt() / (extent * (poses.len() as f32).sqrt());
         Self {
-            indices: mesh.indices.iter().map(|&v| first[v as usize]).collect(),
-            between_parts: between_parts(&vertices),
+            indices: regular
+                .as_flattened()
+                .iter()
+                .map(|&v| first[v as usize])
+                .collect(),
+            odd,
+            between_parts,
             flat_vertices: flat_vertices(character, &first),
             channels: channels(&posed),
             channel_weight: if weight.is_finite() { weight } else { 0.0 },
@@ -88,16 +106,16 @@ impl<'a> Simplifier<'a> {
             &weights,
             weights.len() * size_of::<f32>(),
             locks,
-            target * 3,
+            target.saturating_sub(self.odd.len()) * 3,
             f32::MAX,
             SimplifyOptions::ErrorAbsolute | SimplifyOptions::Permissive,
             None,
         );
         let (triangles, _) = corners.as_chunks::<3>();
-        triangles
+        let triangles = triangles
             .iter()
-            .map(|triangle| facing(&self.character.mesh, &self.flat_vertices, *triangle))
-            .collect()
+            .map(|triangle| facing(&self.character.mesh, &self.flat_vertices, *triangle));
+        triangles.chain(self.odd.iter().copied()).collect()
     }
 }
 

@@ -240,7 +240,7 @@ impl SourceSurface {
             let corners = triangle.map(|own| position(own) - self.offset);
             let own = area_vector(corners);
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-            let faces_alike = |corners| area_vector(corners).dot(own) >= 0.0;
+            let faces_alike = |_, corners| area_vector(corners).dot(own) >= 0.0;
             whole += own.length();
             if self
                 .target

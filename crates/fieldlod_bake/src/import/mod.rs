@@ -205,7 +205,7 @@ fn read_primitives(
     buffers: &Buffers,
     skins: &[Result<Skin, PrimitiveFault>],
 ) -> Vec<Option<usize>> {
-    let skin_of_mesh = rig::skins_of_meshes(document);
+    let skins_of_meshes = rig::skins_of_meshes(document);
     let mut materials = Vec::new();
     for mesh in document.meshes() {
         for primitive in mesh.primitives() {
@@ -218,8 +218,8 @@ fn read_primitives(
                 if let Some(reason) = primitive::skip_reason(&primitive) {
                     return Err(reason);
                 }
-                let skin = skin_of(&skin_of_mesh[mesh.index()], skins);
-                let read = skin.and_then(|skin| primitive::read(&primitive, buffers, skin));
+                let skins = skins_of(&skins_of_meshes[mesh.index()], skins);
+                let read = skins.and_then(|skins| primitive::read(&primitive, buffers, &skins));
                 match read {
                     Ok((mesh, _)) if mesh.indices.is_empty() => Err(SkipReason::NoTriangles),
                     read => read.map_err(SkipReason::Faulty),
@@ -238,16 +238,22 @@ fn read_primitives(
     materials
 }
 
-/// The skin of a mesh with its index, if the mesh has one.
-fn skin_of<'a>(
-    of_mesh: &Result<Option<u32>, RigFault>,
+/// The usable skins of a mesh with their indices. Fails if there are only faulty skins.
+fn skins_of<'a>(
+    of_mesh: &BTreeSet<Option<u32>>,
     skins: &'a [Result<Skin, PrimitiveFault>],
-) -> Result<Option<(u32, &'a Skin)>, PrimitiveFault> {
-    let Some(index) = of_mesh.clone()? else {
-        return Ok(None);
-    };
-    match &skins[index as usize] {
-        Ok(skin) => Ok(Some((index, skin))),
-        Err(fault) => Err(fault.clone()),
+) -> Result<Vec<(u32, &'a Skin)>, PrimitiveFault> {
+    let indices: Vec<u32> = of_mesh.iter().copied().flatten().collect();
+    if (1..of_mesh.len()).contains(&indices.len()) {
+        return Err(RigFault::PartlySkinned.into());
+    }
+    let read = |&index: &u32| Some((index, skins[index as usize].as_ref().ok()?));
+    let usable: Vec<_> = indices.iter().filter_map(read).collect();
+    let mut faults = indices
+        .iter()
+        .filter_map(|&i| skins[i as usize].as_ref().err());
+    match faults.next() {
+        Some(fault) if usable.is_empty() => Err(fault.clone()),
+        _ => Ok(usable),
     }
 }

@@ -37,7 +37,7 @@ fn formats_of(primitive: &Primitive<'_>) -> Option<Formats> {
 pub(super) fn read(
     primitive: &Primitive<'_>,
     buffers: &Buffers,
-    skin: Option<(u32, &Skin)>,
+    skins: &[(u32, &Skin)],
 ) -> Result<(SourceMesh, Option<Rig>), PrimitiveFault> {
     let positions = primitive.get(&Semantic::Positions);
     let vertex_count = positions.map_or(0, |positions| positions.count());
@@ -50,7 +50,7 @@ pub(super) fn read(
         vertex_count,
         only: used.as_deref(),
     };
-    let rig = read_rig(primitive, vertices, skin)?;
+    let rig = read_rig(primitive, vertices, skins)?;
     let formats = formats_of(primitive).unwrap_or(Formats::AsBevy);
     let reader = Reader {
         primitive,

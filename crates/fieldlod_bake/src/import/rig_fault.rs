@@ -10,9 +10,6 @@ use thiserror::Error;
     reason = "the fields are named by each variant's message"
 )]
 pub enum RigFault {
-    /// Nodes draw the mesh with different skins.
-    #[error("nodes draw it with different skins")]
-    SeveralSkins,
     /// Some nodes draw the mesh with a skin, and others without.
     #[error("some nodes draw it with a skin and others without")]
     PartlySkinned,
@@ -22,22 +19,11 @@ pub enum RigFault {
     /// There are more joints than Bevy draws.
     #[error("its skin has {joints} joints, but at most 256 can be drawn")]
     TooManyJoints { joints: usize },
-    /// There are fewer inverse bind matrices than joints.
-    #[error("its skin has {count} inverse bind matrices for {joints} joints")]
-    InverseBinds { count: usize, joints: usize },
-    /// An inverse bind matrix is not finite or not invertible.
-    #[error("the inverse bind matrix of joint {joint} cannot be inverted")]
-    BadInverseBind { joint: usize },
-    /// The index of a joint is out of range.
-    #[error("vertex {vertex} uses joint {joint}, but its skin has {joints}")]
-    JointOutOfRange {
-        vertex: usize,
-        joint: u16,
-        joints: usize,
-    },
-    /// Weights are negative, not finite, or all zero.
-    #[error("the joint weights of vertex {vertex} are negative, not finite or all zero")]
-    BadWeights { vertex: usize },
+    /// No vertex has joints in range with finite matrices, and finite weights with a sum near 1.
+    #[error(
+        "no vertex has usable joint weights: joints are out of range, or weights do not sum to 1"
+    )]
+    BadWeights,
     /// There are more morph targets than Bevy draws.
     #[error("it has {count} morph targets, but at most 256 can be drawn")]
     TooManyTargets { count: usize },

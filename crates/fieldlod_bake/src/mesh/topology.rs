@@ -6,7 +6,7 @@
 //!
 //! Only vertices at open edges are welded by tolerance; elsewhere the surface is already closed.
 
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use rustc_hash::FxHashMap;
 
 use crate::mesh::SourceMesh;
@@ -85,45 +85,58 @@ fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     let is_open = |v: u32| place[v as usize] == v && links.is_open(v);
     let open = (0..place.len() as u32).filter(|&v| is_open(v) && tolerance[v as usize] > 0.0);
     let open: Vec<u32> = open.collect();
-    // A cell level has four exponents of two. Cells are 4 to 64 tolerances wide, which keeps most points away from cell
-    // borders.
-    let cell_level = |v: u32| (tolerance[v as usize].to_bits() >> 23) as i32 / 4 - 31;
-    let mut levels: Vec<i32> = open.iter().map(|&v| cell_level(v)).collect();
+    let clusters = clusters_of(&open, mesh, parts, &tolerance);
+    for cluster in &clusters {
+        cluster.iter().for_each(|&v| connect(place, cluster[0], v));
+    }
+    // A cell level has two exponents of two. Cells are 4 to 16 tolerances wide: in smaller cells, more points are near
+    // borders; in larger ones, more clusters are compared.
+    let cell_level = |v: u32| exponent_of(tolerance[v as usize]).div_euclid(2);
+    let mut levels: Vec<i32> = clusters.iter().map(|own| cell_level(own[0])).collect();
     levels.sort_unstable();
     levels.dedup();
-    // A tolerance is less than twice 16 to the power of its level.
-    let cell_size = |level: i32| 8.0 * 16f64.powi(level);
-    // Each place is stored in a cell of its own level. Places with smaller tolerances search the cells of coarser
+    // A tolerance is less than 4 to the power of its level plus 1.
+    let cell_size = |level: i32| 4.0 * 4f64.powi(level + 1);
+    // Each cluster is stored in a cell of its own level. Clusters with smaller tolerances search the cells of coarser
     // levels.
-    let mut cells: FxHashMap<(i32, [i64; 3]), Vec<u32>> = FxHashMap::default();
-    for &v in &open {
-        let level = cell_level(v);
-        let at = mesh.positions[v as usize].as_dvec3() / cell_size(level);
+    let mut cells: FxHashMap<(i32, [i64; 3]), Vec<usize>> = FxHashMap::default();
+    for (index, cluster) in clusters.iter().enumerate() {
+        let level = cell_level(cluster[0]);
+        let at = mesh.positions[cluster[0] as usize].as_dvec3() / cell_size(level);
         let key = (level, at.floor().as_i64vec3().to_array());
-        cells.entry(key).or_default().push(v);
+        cells.entry(key).or_default().push(index);
     }
-    for &v in &open {
-        let own = cell_level(v);
-        let (at, reach) = (mesh.positions[v as usize], tolerance[v as usize]);
+    let are_near = |a: u32, b: u32| {
+        let [at, other] = [a, b].map(|v| mesh.positions[v as usize]);
+        at.distance(other) <= tolerance[a as usize].min(tolerance[b as usize])
+    };
+    for cluster in &clusters {
+        let own = cell_level(cluster[0]);
+        let positions = || cluster.iter().map(|&v| mesh.positions[v as usize]);
+        let low = positions().fold(Vec3::INFINITY, Vec3::min).as_dvec3();
+        let high = positions().fold(Vec3::NEG_INFINITY, Vec3::max).as_dvec3();
+        let reach = cluster.iter().map(|&v| tolerance[v as usize]);
+        let reach = f64::from(reach.fold(0.0, f32::max));
         for &level in levels.iter().filter(|&&level| level >= own) {
-            let size = cell_size(level);
-            let corner = |sign: f64| {
-                let corner = (at.as_dvec3() + f64::from(reach) * sign) / size;
-                corner.floor().as_i64vec3().to_array()
-            };
-            let (low, high) = (corner(-1.0), corner(1.0));
+            let cell = |at: DVec3| (at / cell_size(level)).floor().as_i64vec3().to_array();
+            let (low, high) = (cell(low - reach), cell(high + reach));
             for x in low[0]..=high[0] {
                 for y in low[1]..=high[1] {
                     for z in low[2]..=high[2] {
                         let near = cells.get(&(level, [x, y, z])).into_iter().flatten();
-                        let near = near.copied().filter(|&other| {
-                            let reach = reach.min(tolerance[other as usize]);
-                            other != v
-                                && mesh.positions[other as usize].distance(at) <= reach
-                                && parts.part_of(other) == parts.part_of(v)
-                        });
-                        // The tests above use original positions, so the order of the pairs has no effect.
-                        near.for_each(|other| connect(place, v, other));
+                        for other in near.map(|&other| &clusters[other]) {
+                            // One pair connects two clusters. `are_near` uses original positions, so the order of the
+                            // pairs has no effect.
+                            let (a, b) = (cluster[0], other[0]);
+                            if find_first(place, a) != find_first(place, b)
+                                && parts.part_of(a) == parts.part_of(b)
+                                && cluster
+                                    .iter()
+                                    .any(|&v| other.iter().any(|&o| are_near(v, o)))
+                            {
+                                connect(place, a, b);
+                            }
+                        }
                     }
                 }
             }
@@ -132,6 +145,38 @@ fn weld_near(mesh: &SourceMesh, parts: &Surfaces, place: &mut [u32]) {
     for v in 0..place.len() as u32 {
         place[v as usize] = find_first(place, v);
     }
+}
+
+/// The exponent of the largest power of two up to a normal number.
+fn exponent_of(tolerance: f32) -> i32 {
+    (tolerance.to_bits() >> 23) as i32 - 127
+}
+
+/// Divides vertices into clusters of one part, each within the tolerances of its vertices. Thousands of vertices may
+/// differ by less: comparisons of all pairs would take quadratic time.
+fn clusters_of(
+    open: &[u32],
+    mesh: &SourceMesh,
+    parts: &Surfaces,
+    tolerance: &[f32],
+) -> Vec<Vec<u32>> {
+    let mut clusters: Vec<Vec<u32>> = Vec::new();
+    let mut of_cells: FxHashMap<_, usize> = FxHashMap::default();
+    for &v in open {
+        let exponent = exponent_of(tolerance[v as usize]);
+        // The diagonal of a cell is shorter than the smallest tolerance in it.
+        let at = mesh.positions[v as usize].as_dvec3() / 2f64.powi(exponent - 2);
+        let cell = at.floor().to_array().map(f64::to_bits);
+        let next = clusters.len();
+        let cluster = *of_cells
+            .entry((exponent, cell, parts.part_of(v)))
+            .or_insert(next);
+        if cluster == next {
+            clusters.push(Vec::new());
+        }
+        clusters[cluster].push(v);
+    }
+    clusters
 }
 
 /// Tolerance of each place, stored at its first vertex. The local edge length is the longest edge of a triangle; if a
@@ -154,7 +199,7 @@ fn tolerances(mesh: &SourceMesh, place: &[u32]) -> Vec<f32> {
         let tolerance = (edge * PLACE_TOLERANCE)
             .max(rounding)
             .min(edge * MAX_EDGE_SHARE);
-        if tolerance.is_finite() {
+        if tolerance.is_normal() {
             tolerance
         } else {
             0.0
@@ -234,6 +279,24 @@ mod tests {
                 ball.positions.len()
             );
         }
+    }
+
+    /// Comparisons of all pairs of tips would take hours.
+    #[test]
+    fn many_tips_apart_by_rounding_are_welded() {
+        let needles = 300_000;
+        let mut mesh = SourceMesh::default();
+        for needle in 0..needles {
+            let angle = needle as f32 / needles as f32 * std::f32::consts::TAU;
+            let tip = Vec3::new(needle as f32, (needle * 7_919 % needles) as f32, 1.0);
+            let rim = Vec3::new(angle.cos(), angle.sin(), 0.0);
+            let side = Vec3::new(-angle.sin(), angle.cos(), 0.0) * 1e-6;
+            let corners = [tip * (1e-6 / needles as f32), rim + side, rim - side];
+            mesh.positions.extend(corners);
+            mesh.indices.extend(needle * 3..needle * 3 + 3);
+        }
+        let place = Topology::of(&mesh, &Surfaces::default()).place;
+        assert!(place.iter().step_by(3).all(|tip| *tip == 0));
     }
 
     #[test]

@@ -184,21 +184,26 @@ fn backs_of(triangles: &[[u32; 3]], twin: &[u32], is_sheet: &[bool], place: &[u3
         }
     }
     let mut is_back = vec![false; triangles.len()];
-    let mut is_done = vec![false; triangles.len()];
+    let mut is_front = vec![false; triangles.len()];
     let mut waiting = VecDeque::new();
     for first in of_sheets() {
-        waiting.push_back(first);
-        while let Some(index) = waiting.pop_front() {
-            let back = twin[index as usize];
-            if std::mem::replace(&mut is_done[index as usize], true) {
-                continue;
+        let mut found = vec![first];
+        loop {
+            // Marked before they wait: an edge of many sheets would add each triangle once per sheet.
+            for index in found {
+                if !is_front[index as usize] && !is_back[index as usize] {
+                    is_front[index as usize] = true;
+                    is_back[twin[index as usize] as usize] = true;
+                    waiting.push_back(index);
+                }
             }
-            is_done[back as usize] = true;
-            is_back[back as usize] = true;
-            for (from, to) in edges_of(index) {
-                let others = by_edge.get(&(to, from)).into_iter().flatten();
-                waiting.extend(others.filter(|&&other| !is_done[other as usize]));
-            }
+            let Some(index) = waiting.pop_front() else {
+                break;
+            };
+            // The triangles at an edge are all on one side, so they are found once.
+            let edges = edges_of(index).into_iter();
+            let at_edges = edges.flat_map(|(from, to)| by_edge.remove(&(to, from)));
+            found = at_edges.flatten().collect();
         }
     }
     is_back
@@ -209,4 +214,28 @@ pub(crate) fn least_first<I: Ord + Copy>(mut triangle: [I; 3]) -> [I; 3] {
     let first = (0..3).min_by_key(|&corner| triangle[corner]);
     triangle.rotate_left(first.unwrap_or(0));
     triangle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::surfaces::Surfaces;
+    use glam::Vec3;
+
+    /// Each sheet visits each other one if it waits once per neighbour: 2.5e9 visits.
+    #[test]
+    fn many_sheets_on_one_edge_are_found() {
+        let sheets = 50_000;
+        let mut mesh = SourceMesh::default();
+        mesh.positions.extend([Vec3::ZERO, Vec3::Y]);
+        for sheet in 0..sheets {
+            let angle = sheet as f32 / sheets as f32 * std::f32::consts::TAU;
+            mesh.positions
+                .push(Vec3::new(angle.cos(), 0.5, angle.sin()));
+            mesh.indices.extend([0, 1, sheet + 2, 1, 0, sheet + 2]);
+        }
+        let topology = Topology::of(&mesh, &Surfaces::default());
+        let found = Sheets::of(&mesh, &topology).unwrap();
+        assert_eq!(found.back_count(), sheets as usize);
+    }
 }

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, ROUNDING, Subject};
+use crate::mesh::components::connected;
 use crate::mesh::triangle_tree::TriangleTree;
 
 /// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
@@ -146,36 +147,8 @@ impl<'a> Source<'a> {
         if self.border.is_empty() {
             return open.len();
         }
-        let is_element = self.elements_of(&self.subject.triangles_of(drawn));
+        let is_element = elements_of(&self.weld, &self.subject.triangles_of(drawn));
         open.iter().filter(|edge| !is_element(edge.0)).count()
-    }
-
-    /// Returns a function that is `true` for vertices of elements of a cut.
-    fn elements_of(&self, cut: &[CutTriangle]) -> impl Fn(u32) -> bool + use<> {
-        let mut leads_to: Vec<u32> = self.weld.clone();
-        for [a, b, c] in cut.iter().map(|triangle| triangle.corners) {
-            for (from, to) in [(a, b), (b, c)] {
-                let (from, to) = (root(&leads_to, from), root(&leads_to, to));
-                leads_to[from.max(to) as usize] = from.min(to);
-            }
-        }
-        // The groups that made each component, and its number of triangles.
-        let mut components: HashMap<u32, (Vec<Option<u32>>, usize)> = HashMap::new();
-        for triangle in cut {
-            let component = root(&leads_to, triangle.corners[0]);
-            let (makers, triangles) = components.entry(component).or_default();
-            if !makers.contains(&triangle.produced_by) {
-                makers.push(triangle.produced_by);
-            }
-            *triangles += 1;
-        }
-        move |vertex| {
-            let component = components.get(&root(&leads_to, vertex));
-            component.is_some_and(|(makers, triangles)| {
-                let is_whole = makers.len() == 1 || *triangles <= SMALL_ELEMENT;
-                is_whole && !makers.contains(&None)
-            })
-        }
     }
 
     fn flipped_share(&self, drawn: &[usize]) -> f32 {
@@ -192,19 +165,33 @@ impl<'a> Source<'a> {
     }
 }
 
-/// The representative vertex of a component.
-fn root(leads_to: &[u32], mut vertex: u32) -> u32 {
-    while leads_to[vertex as usize] != vertex {
-        vertex = leads_to[vertex as usize];
+/// Returns a function that is `true` for vertices of elements of a cut. `weld` has the first vertex at the position of
+/// each vertex.
+fn elements_of(weld: &[u32], cut: &[CutTriangle]) -> impl Fn(u32) -> bool + use<> {
+    let triangles: Vec<[u32; 3]> = cut.iter().map(|triangle| triangle.corners).collect();
+    let first = connected(weld.to_vec(), &triangles);
+    // The groups that made each component, and its number of triangles.
+    let mut components: HashMap<u32, (Vec<Option<u32>>, usize)> = HashMap::new();
+    for triangle in cut {
+        let component = first[triangle.corners[0] as usize];
+        let (makers, triangles) = components.entry(component).or_default();
+        if !makers.contains(&triangle.produced_by) {
+            makers.push(triangle.produced_by);
+        }
+        *triangles += 1;
     }
-    vertex
+    move |vertex| {
+        let component = components.get(&first[vertex as usize]);
+        component.is_some_and(|(makers, triangles)| {
+            let is_whole = makers.len() == 1 || *triangles <= SMALL_ELEMENT;
+            is_whole && !makers.contains(&None)
+        })
+    }
 }
 
 /// Areas and directions of the triangles of each unit.
 fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
-    let source = subject.source_triangles();
-    let corners = source.iter().map(|&triangle| subject.corners(triangle));
-    let tree = TriangleTree::new(corners);
+    let tree = TriangleTree::new(subject.source_corners());
     let units = subject.hierarchy.units.par_iter();
     let facings = units.map(|unit| {
         // If no deviation was measured, the group's error is the search distance.
@@ -221,7 +208,7 @@ fn facings(subject: &Subject<'_>) -> Vec<Vec<Facing>> {
             let corners = subject.corners(triangle);
             let area_vector = area_vector(corners);
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-            let faces_alike = |other| self::area_vector(other).dot(area_vector) >= 0.0;
+            let faces_alike = |_, other| self::area_vector(other).dot(area_vector) >= 0.0;
             // Flipped: no triangle of the source within the deviation faces this way.
             let is_flipped = unit.producer().is_some()
                 && tree.none_within(middle, deviation + ROUNDING, faces_alike);
@@ -280,4 +267,24 @@ fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
     let same = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
     let open = same.filter(|same| same.iter().map(|edge| edge.2).sum::<i32>() != 0);
     open.map(|same| (same[0].0, same[0].1)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each triangle of a long strip has a smaller first vertex than the previous one. Without path compression, the last
+    /// vertices are 400,000 steps from the first.
+    #[test]
+    fn long_strips_are_one_element() {
+        let count = 400_000;
+        let weld: Vec<u32> = (0..count + 2).collect();
+        let triangle = |first: u32| CutTriangle {
+            produced_by: Some(0),
+            corners: [first + 2, first + 1, first],
+        };
+        let cut: Vec<CutTriangle> = (0..count).rev().map(triangle).collect();
+        let is_element = elements_of(&weld, &cut);
+        assert!(weld.iter().all(|vertex| is_element(*vertex)));
+    }
 }

@@ -35,11 +35,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     let Some(frame) = Frame::of(subject) else {
         return Ok(());
     };
-    let source: Vec<[Vec3; 3]> = subject
-        .source_triangles()
-        .iter()
-        .map(|&triangle| subject.corners(triangle))
-        .collect();
+    let source = subject.source_corners();
     // Levels with pictures of the same size share the pictures of the source.
     let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))

@@ -13,6 +13,7 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 const TRIANGLES_PER_TASK: usize = 512;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
+    subject.check_rounding()?;
     check_simplified_to_source(subject, verified)?;
     for level in 1..subject.hierarchy.level_count() {
         check_source_to_cut(subject, level, verified)?;
@@ -27,7 +28,7 @@ fn points_per_triangle(subject: &Subject<'_>, wanted: u32, triangles: usize) -> 
 }
 
 /// A distance as a share of the stated deviation, without rounding errors.
-fn share_of_stated(distance: f32, stated: f32) -> f32 {
+pub(super) fn share_of_stated(distance: f32, stated: f32) -> f32 {
     let beyond_rounding = (distance - ROUNDING).max(0.0);
     if beyond_rounding > 0.0 {
         beyond_rounding / stated
@@ -42,8 +43,7 @@ fn check_simplified_to_source(
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
     let hierarchy = subject.hierarchy;
-    let source = subject.source_triangles().iter();
-    let tree = TriangleTree::new(source.map(|&triangle| subject.corners(triangle)));
+    let tree = TriangleTree::new(subject.source_corners());
     // All simplified triangles with their groups.
     let units = hierarchy.units.iter();
     let simplified = units.filter_map(|unit| Some((unit.producer()?, unit)));
@@ -91,20 +91,23 @@ fn check_source_to_cut(
     level: u32,
     verified: &mut Verified,
 ) -> Result<(), VerifyError> {
-    let drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
+    let mut drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
+    // The tree keeps the first of equal triangles. It must be the one with the largest stated deviation.
+    let stated = |triangle: &CutTriangle| subject.deviation_in_scaled(triangle.produced_by);
+    drawn.sort_by(|a, b| stated(b).total_cmp(&stated(a)));
     let corners = drawn
         .iter()
         .map(|triangle| subject.corners(triangle.corners));
     let tree = TriangleTree::new(corners);
-    let source = subject.source_triangles();
+    let source = subject.source_corners();
     let density = points_per_triangle(subject, subject.settings.samples_per_triangle, source.len());
     let tasks = source.par_chunks(TRIANGLES_PER_TASK).enumerate();
     let worst = tasks.map(|(task, triangles)| {
         let mut random = Random::new((u64::from(level) << 32) + task as u64);
         let mut search = WorstSearch::new(subject, &tree, &drawn);
-        for &triangle in triangles {
+        for &corners in triangles {
             for _ in 0..density {
-                search.visit(point_on(subject.corners(triangle), &mut random));
+                search.visit(point_on(corners, &mut random));
             }
         }
         search.worst
@@ -165,24 +168,26 @@ impl<'a> WorstSearch<'a> {
         let mut share = self.last.map_or(0.0, |nearest| self.share_of(nearest));
         if share > 1.0 {
             // A triangle that is farther away may have a larger stated deviation.
-            share = share.min(self.least_share(point));
+            share = self.least_share(point, share);
         }
         self.worst = self.worst.max(share);
     }
 
-    /// The least share over all triangles of the cut.
-    fn least_share(&self, point: Vec3) -> f32 {
-        let point = point.as_dvec3();
-        let shares = self.drawn.iter().map(|triangle| {
+    /// The least share over all triangles of the cut, up to `most`. Ends early at a share that is not the worst.
+    fn least_share(&self, point: Vec3, most: f32) -> f32 {
+        let mut least = most;
+        let stated =
+            |triangle: &CutTriangle| self.subject.deviation_in_scaled(triangle.produced_by);
+        // Triangles farther away have a larger share, whatever they state. The first one states the most.
+        let reach = self.drawn.first().map_or(0.0, stated) * most + ROUNDING;
+        self.tree.none_within(point, reach, |index, corners| {
             // In double precision, because rounding errors of needles are larger than rounding errors of points.
-            let corners = self.subject.corners(triangle.corners);
-            let distance = exact_distance(point, corners.map(Vec3::as_dvec3));
-            share_of_stated(
-                distance as f32,
-                self.subject.deviation_in_scaled(triangle.produced_by),
-            )
+            let distance = exact_distance(point.as_dvec3(), corners.map(Vec3::as_dvec3));
+            let stated = stated(&self.drawn[index as usize]);
+            least = least.min(share_of_stated(distance as f32, stated));
+            least <= self.worst
         });
-        shares.fold(f32::INFINITY, f32::min)
+        least
     }
 }
 
@@ -208,7 +213,9 @@ mod tests {
             let hierarchy = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
             let (settings, compact) = (VerifySettings::default(), Compact::of(&mesh).unwrap());
             let subject = Subject::new(&mesh, &compact, &hierarchy, &settings);
-            let drawn = subject.triangles_of(&hierarchy.units_at_level(1));
+            let mut drawn = subject.triangles_of(&hierarchy.units_at_level(1));
+            let stated = |t: &CutTriangle| subject.deviation_in_scaled(t.produced_by);
+            drawn.sort_by(|a, b| stated(b).total_cmp(&stated(a)));
             let tree = TriangleTree::new(drawn.iter().map(|t| subject.corners(t.corners)));
             let mut random = Random::new(1);
             let mut search = WorstSearch::new(&subject, &tree, &drawn);
@@ -216,7 +223,14 @@ mod tests {
             let points = source.map(|&triangle| point_on(subject.corners(triangle), &mut random));
             let points: Vec<Vec3> = points.collect();
             points.iter().for_each(|&point| search.visit(point));
-            let shares = points.iter().map(|&point| search.least_share(point));
+            let shares = points.iter().map(|&point| {
+                let shares = drawn.iter().map(|triangle| {
+                    let corners = subject.corners(triangle.corners).map(Vec3::as_dvec3);
+                    let distance = exact_distance(point.as_dvec3(), corners);
+                    share_of_stated(distance as f32, stated(triangle))
+                });
+                shares.fold(f32::INFINITY, f32::min)
+            });
             let worst = shares.fold(0.0, f32::max);
             // The exact distances are in double precision, those of the search are not.
             assert!(
@@ -225,5 +239,24 @@ mod tests {
                 search.worst
             );
         }
+    }
+
+    /// Every point exceeds what is stated. Distances to all triangles from each point would take minutes.
+    #[test]
+    fn many_exceeding_points_are_found() {
+        let mesh = fixtures::rock(6, 1);
+        let mut hierarchy = bake_mesh(&mesh, &BakeConfig::fast()).unwrap();
+        let groups = hierarchy
+            .groups
+            .iter_mut()
+            .filter(|group| !group.is_terminal());
+        groups.for_each(|group| group.deviation_in_local = 1e-5);
+        let (settings, compact) = (VerifySettings::default(), Compact::of(&mesh).unwrap());
+        let subject = Subject::new(&mesh, &compact, &hierarchy, &settings);
+        let found = check_source_to_cut(&subject, 1, &mut Verified::default());
+        assert!(matches!(
+            found,
+            Err(VerifyError::SourceTooFar { level: 1, .. })
+        ));
     }
 }

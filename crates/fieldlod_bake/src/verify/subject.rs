@@ -3,7 +3,8 @@
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
-use super::report::VerifySettings;
+use super::report::{VerifyError, VerifySettings};
+use super::samples::share_of_stated;
 use crate::levels::vertices::power_of_two_below;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
@@ -19,7 +20,11 @@ pub(super) struct Subject<'a> {
     pub(super) settings: &'a VerifySettings,
     /// Positions of all vertices, offset and scaled so that squares do not overflow.
     pub(super) positions: Vec<Vec3>,
+    /// Exact positions of the source, offset and scaled alike.
+    source: Vec<Vec3>,
     pub(super) scaled_from_local: f32,
+    /// The largest distance of a stored vertex of the source from its exact position, in scaled units.
+    rounding: f32,
     /// For each vertex of the source, the first vertex at its place.
     pub(super) place: Vec<u32>,
 }
@@ -43,13 +48,23 @@ impl<'a> Subject<'a> {
         let offset = offset_of(source.clone().copied());
         let source: Vec<Vec3> = source.map(|p| *p - offset).collect();
         let scaled_from_local = power_of_two_below(&source).recip();
-        let positions = hierarchy.vertices.positions.iter();
-        let positions = positions.map(|p| (*p - offset) * scaled_from_local);
+        let scaled = |positions: &[Vec3]| -> Vec<Vec3> {
+            let positions = positions.iter();
+            positions
+                .map(|p| (*p - offset) * scaled_from_local)
+                .collect()
+        };
+        let positions = scaled(&hierarchy.vertices.positions);
+        let source = scaled(&mesh.positions);
+        let used = mesh.indices.iter().map(|&v| v as usize);
+        let distances = used.map(|v| positions[v].distance(source[v]));
         Self {
+            rounding: distances.fold(0.0, f32::max),
             mesh,
             hierarchy,
             settings,
-            positions: positions.collect(),
+            positions,
+            source,
             scaled_from_local,
             place: compact.places(),
         }
@@ -59,15 +74,40 @@ impl<'a> Subject<'a> {
         self.mesh.indices.as_chunks::<3>().0
     }
 
+    /// The exact corners of all triangles of the source in scaled units.
+    pub(super) fn source_corners(&self) -> Vec<[Vec3; 3]> {
+        let triangles = self.source_triangles().iter();
+        triangles
+            .map(|t| t.map(|vertex| self.source[vertex as usize]))
+            .collect()
+    }
+
+    /// Checks that groups state at least the rounding of the source: a cut may draw both.
+    pub(super) fn check_rounding(&self) -> Result<(), VerifyError> {
+        let stated = self
+            .hierarchy
+            .groups
+            .iter()
+            .map(|group| group.deviation_in_local);
+        let stated = stated.fold(f32::INFINITY, f32::min) * self.scaled_from_local;
+        let share = share_of_stated(self.rounding, stated);
+        if share > 1.0 + self.settings.tolerance {
+            return Err(VerifyError::SourceTooFar { level: 0, share });
+        }
+        Ok(())
+    }
+
     /// The corners of a triangle in scaled units.
     pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
         triangle.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// The stated deviation of triangles that `producer` made, in scaled units. 0 for source geometry.
+    /// The stated deviation of triangles that `producer` made, in scaled units. The rounding for source geometry.
     pub(super) fn deviation_in_scaled(&self, producer: Option<u32>) -> f32 {
         let group = producer.map(|group| &self.hierarchy.groups[group as usize]);
-        group.map_or(0.0, |group| group.deviation_in_local) * self.scaled_from_local
+        group.map_or(self.rounding, |group| {
+            group.deviation_in_local * self.scaled_from_local
+        })
     }
 
     /// The units of the cut that refines the groups for which `criterion` holds.

@@ -7,5 +7,6 @@ mod characters;
 mod end_to_end;
 mod files;
 mod import;
+mod quantized;
 mod rejects_files;
 mod rejects_meshes;

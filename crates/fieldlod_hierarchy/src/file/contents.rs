@@ -1,5 +1,6 @@
 //! The contents of a file.
 
+use crate::bounds::Aabb;
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
@@ -41,10 +42,14 @@ pub struct BakedPrimitive {
     pub name: String,
     /// The levels of detail.
     pub hierarchy: Hierarchy,
-    /// Largest distance between a stored position and the baked position, in local units. 0 unless the
-    /// vertices were written with [`Precision::Quantized16`]. Vertices that are read from the source mesh
-    /// are exact.
+    /// Upper bound for the distance between a stored position and the baked position, in local units. 0
+    /// unless the vertices were written with [`Precision::Quantized16`]. Deviations and spheres contain it.
+    /// Vertices that are read from the source mesh are exact.
     pub position_error_in_local: f32,
+    /// The box of all primitives that share vertices with this one or change levels together with it. With
+    /// [`Precision::Quantized16`], they then round shared vertices to equal positions. `None` for the box of
+    /// the own vertices. Files do not hold it.
+    pub grid_box: Option<Aabb>,
 }
 
 impl BakedPrimitive {
@@ -62,6 +67,7 @@ impl BakedPrimitive {
             name: name.into(),
             hierarchy,
             position_error_in_local: 0.0,
+            grid_box: None,
         }
     }
 }

@@ -80,6 +80,7 @@ impl Decoder {
             name: self.entry.name,
             hierarchy,
             position_error_in_local: self.entry.position_error_in_local,
+            grid_box: None,
         })
     }
 

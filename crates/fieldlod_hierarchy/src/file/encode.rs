@@ -14,7 +14,7 @@ use crate::hierarchy::{Hierarchy, Unit};
 /// # Panics
 /// If the hierarchy is not valid.
 pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry, Vec<Vec<u8>>) {
-    let prepared = prepare(&primitive.hierarchy, options);
+    let prepared = prepare(primitive, options);
     let (sections, unused_vertices) =
         prepared.sections(prepared.hierarchy(), &prepared.rows, false);
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
@@ -26,7 +26,7 @@ pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry
 /// A hierarchy with the vertices that a reader will get, and the rows of these vertices.
 pub(super) struct Prepared<'a> {
     source: &'a Hierarchy,
-    /// The hierarchy with rounded vertices, and the largest distance of a rounded position from the exact one.
+    /// The hierarchy with rounded vertices, and a bound for the distance of a rounded position from the exact one.
     rounded: Option<(Hierarchy, f32)>,
     pub(super) rows: Rows,
     attributes: Attributes,
@@ -36,7 +36,8 @@ pub(super) struct Prepared<'a> {
 
 /// # Panics
 /// If the hierarchy is not valid.
-pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> {
+pub(super) fn prepare(primitive: &BakedPrimitive, options: FileOptions) -> Prepared<'_> {
+    let source = &primitive.hierarchy;
     assert_eq!(
         source.validate(),
         Ok(()),
@@ -44,7 +45,7 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
     );
     let attributes = Attributes::of(&source.vertices);
     // One grid for all sections and pages: vertices that they share must round to equal positions.
-    let grids = Grids::around(&source.vertices);
+    let grids = Grids::around(&source.vertices, primitive.grid_box);
     let quantized = (options.precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);
     // Bounds must contain the rounded vertices.
@@ -61,7 +62,18 @@ pub(super) fn prepare(source: &Hierarchy, options: FileOptions) -> Prepared<'_> 
                 "source and moved vertices must have the same attributes"
             );
         }
-        quantize::with_vertices(source, vertices)
+        // Vertices that lie on the grid were rounded before.
+        let is_rounded = primitive.position_error_in_local > 0.0
+            && vertices.positions == source.vertices.positions;
+        let error_in_local = if is_rounded {
+            0.0
+        } else {
+            grids.position_error()
+        };
+        (
+            quantize::with_vertices(source, vertices, error_in_local),
+            error_in_local,
+        )
     });
     Prepared {
         source,

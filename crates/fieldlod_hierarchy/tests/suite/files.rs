@@ -1,7 +1,7 @@
 //! Round trips of `.fieldlod` files and bounds of quantization.
 
 use fieldlod_hierarchy::fixtures::{self, Random};
-use fieldlod_hierarchy::{BakedFile, FileOptions, Hierarchy, Precision, Vertices};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, Precision, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
@@ -127,6 +127,11 @@ fn quantized_attributes_are_within_documented_bounds() {
     for (new, old) in new.positions.iter().zip(&old.positions) {
         assert!(new.distance(*old) <= read.position_error_in_local);
     }
+    for (new, old) in read.hierarchy.groups.iter().zip(&hierarchy.groups) {
+        let grown = |old: f32| old + read.position_error_in_local;
+        assert_eq!(new.deviation_in_local, grown(old.deviation_in_local));
+        assert_eq!(new.bounds.radius, grown(old.bounds.radius));
+    }
     let is_near = |new: Vec3, old: Vec3| new.distance(old).to_degrees() <= 0.125;
     for (new, old) in new.normals.iter().zip(&old.normals) {
         assert!(is_near(*new, *old));
@@ -150,6 +155,30 @@ fn lossless_files_keep_the_position_error() {
     let read = BakedFile::from_bytes(&bytes).unwrap();
     assert!(read.primitives[0].position_error_in_local > 0.0);
     assert!(BakedFile::from_bytes(&read.to_bytes()) == Ok(read));
+}
+
+/// As the parts of a character, which change their levels together.
+#[test]
+fn primitives_with_one_box_have_equal_rounding() {
+    let mut file = BakedFile::default();
+    for levels in [3, 1] {
+        let hierarchy = fixtures::grid_pyramid(levels);
+        let mut primitive = BakedPrimitive::new(0, 0, "", hierarchy);
+        primitive.grid_box = file
+            .primitives
+            .first()
+            .and_then(|p: &BakedPrimitive| p.hierarchy.aabb());
+        file.primitives.push(primitive);
+    }
+    let bytes = file.to_bytes_with(Precision::Quantized16.into());
+    let read = BakedFile::from_bytes(&bytes).unwrap();
+    let [large, small] = &read.primitives[..] else {
+        panic!("two primitives");
+    };
+    assert_eq!(large.position_error_in_local, small.position_error_in_local);
+    let again = read.to_bytes_with(Precision::Quantized16.into());
+    let again = BakedFile::from_bytes(&again).unwrap();
+    assert_eq!(again.primitives[0].hierarchy.groups, large.hierarchy.groups);
 }
 
 #[test]

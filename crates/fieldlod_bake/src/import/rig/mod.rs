@@ -4,6 +4,9 @@ pub(super) mod clips;
 
 pub use clips::{Channel, Clip, Interpolation, Property};
 
+use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
+
 use glam::{Mat4, Quat, Vec3};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::{Accessor, Document, Primitive, Semantic};
@@ -21,12 +24,11 @@ const MOST_TARGETS: usize = 256;
 /// A skin, morph targets or both, with the values that Bevy's loader reads.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
-    /// The skin, as an index into [`Import::skins`](super::Import::skins).
-    pub skin: Option<u32>,
+    /// The skins that nodes draw the mesh with, as indices into [`Import::skins`](super::Import::skins).
+    pub skins: Vec<u32>,
     /// Four joints per vertex, as indices into [`Skin::joints`]. Empty without a skin.
     pub joints: Vec<[u16; 4]>,
-    /// The weights of these joints. Weights are not negative, and each vertex has a weight above 0. Their sum may
-    /// differ from 1.
+    /// The weights of these joints, as the file has them. At least one vertex has [usable](Skin::influences) weights.
     pub weights: Vec<[f32; 4]>,
     /// For each morph target, the position delta of each vertex.
     pub targets: Vec<Vec<Vec3>>,
@@ -40,7 +42,7 @@ impl Rig {
             used.map(|&index| values[index as usize]).collect()
         }
         Self {
-            skin: self.skin,
+            skins: self.skins.clone(),
             joints: gather(&self.joints, indices),
             weights: gather(&self.weights, indices),
             targets: self.targets.iter().map(|t| gather(t, indices)).collect(),
@@ -53,8 +55,40 @@ impl Rig {
 pub struct Skin {
     /// The nodes of the joints, as indices into [`Import::nodes`](super::Import::nodes).
     pub joints: Vec<u32>,
-    /// For each joint, the matrix from the mesh to the joint in the bind pose.
+    /// For each joint, the matrix from the mesh to the joint in the bind pose. It may be singular, or NaN if the file
+    /// has none.
     pub inverse_binds: Vec<Mat4>,
+}
+
+/// Sums of weights for which vertices are simplified. Bevy does not normalize weights: other vertices are drawn mostly
+/// where the world has its origin. Weights beyond the fourth, which Bevy ignores, leave sums above a half.
+const USABLE_SUMS: RangeInclusive<f32> = 0.5..=2.0;
+
+impl Skin {
+    /// The joints that move a vertex, with the weights that Bevy uses. `None` if a joint or a weight cannot be used, or
+    /// if the sum of the weights is far from 1.
+    #[must_use]
+    pub fn influences(&self, joints: [u16; 4], weights: [f32; 4]) -> Option<[(u16, f32); 4]> {
+        // The joint of a zero weight may be out of range.
+        let influences = std::array::from_fn(|k| match weights[k] {
+            0.0 => (0, 0.0),
+            weight => (joints[k], weight),
+        });
+        let mut sum = 0.0;
+        for (joint, weight) in influences.into_iter().filter(|(_, weight)| *weight != 0.0) {
+            let bind = self.inverse_binds.get(usize::from(joint))?;
+            bind.is_finite().then_some(())?;
+            // A matrix of zeros moves nothing, as a weight of zero.
+            sum += weight * bind.w_axis.w;
+        }
+        USABLE_SUMS.contains(&sum).then_some(influences)
+    }
+
+    /// Whether the inverse bind matrix of a joint has an inverse.
+    pub(crate) fn is_invertible(&self, joint: u16) -> bool {
+        let bind = self.inverse_binds.get(usize::from(joint));
+        bind.is_some_and(|m| m.is_finite() && m.determinant().is_normal())
+    }
 }
 
 /// A node of the file.
@@ -133,25 +167,16 @@ pub(crate) fn ancestors(nodes: &[Node], node: u32) -> impl Iterator<Item = u32> 
     std::iter::successors(Some(node), |&node| nodes[node as usize].parent)
 }
 
-/// The skin that nodes draw each mesh with.
-pub(super) fn skins_of_meshes(document: &Document) -> Vec<Result<Option<u32>, RigFault>> {
-    let mut skins: Vec<Option<Result<Option<u32>, RigFault>>> = vec![None; document.meshes().len()];
+/// The skins that nodes draw each mesh with, ascending. `None` stands for a node without a skin.
+pub(super) fn skins_of_meshes(document: &Document) -> Vec<BTreeSet<Option<u32>>> {
+    let mut skins = vec![BTreeSet::new(); document.meshes().len()];
     for node in document.nodes() {
-        let Some(mesh) = node.mesh() else {
-            continue;
-        };
-        let own = node.skin().map(|skin| skin.index() as u32);
-        let known = &mut skins[mesh.index()];
-        *known = Some(match (known.take(), own) {
-            (None, own) => Ok(own),
-            (Some(Ok(other)), own) if other == own => Ok(own),
-            (Some(Ok(Some(_))), Some(_)) => Err(RigFault::SeveralSkins),
-            (Some(Ok(_)), _) => Err(RigFault::PartlySkinned),
-            (Some(fault), _) => fault,
-        });
+        if let Some(mesh) = node.mesh() {
+            let own = node.skin().map(|skin| skin.index() as u32);
+            skins[mesh.index()].insert(own);
+        }
     }
-    let or_static = |skin: Option<_>| skin.unwrap_or(Ok(None));
-    skins.into_iter().map(or_static).collect()
+    skins
 }
 
 /// Reads all skins of a file.
@@ -173,22 +198,12 @@ fn read_skin(skin: &gltf::Skin<'_>, buffers: &Buffers) -> Result<Skin, Primitive
         None => vec![Mat4::IDENTITY; joints.len()],
         Some(accessor) => read_matrices(&accessor, buffers)?,
     };
-    let (count, needed) = (inverse_binds.len(), joints.len());
-    if count < needed {
-        let joints = needed;
-        return Err(RigFault::InverseBinds { count, joints }.into());
-    }
-    // Surplus matrices belong to no joint.
-    inverse_binds.truncate(needed);
-    // Their inverses place the joints in the bind pose.
-    let is_usable = |m: &Mat4| m.is_finite() && m.determinant().is_normal();
-    match inverse_binds.iter().position(|matrix| !is_usable(matrix)) {
-        Some(joint) => Err(RigFault::BadInverseBind { joint }.into()),
-        None => Ok(Skin {
-            joints,
-            inverse_binds,
-        }),
-    }
+    // Surplus matrices belong to no joint, and a joint without a matrix moves only its own vertices.
+    inverse_binds.resize(joints.len(), Mat4::NAN);
+    Ok(Skin {
+        joints,
+        inverse_binds,
+    })
 }
 
 fn read_matrices(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<Mat4>, PrimitiveFault> {
@@ -202,23 +217,23 @@ fn read_matrices(accessor: &Accessor<'_>, buffers: &Buffers) -> Result<Vec<Mat4>
     Ok(matrices.iter().map(Mat4::from_cols_array).collect())
 }
 
-/// Reads the rig of a primitive. `skin` is the primitive's skin and the index of the skin.
+/// Reads the rig of a primitive. `skins` are the skins of its mesh with their indices.
 pub(super) fn read_rig(
     primitive: &Primitive<'_>,
     vertices: VertexReader<'_>,
-    skin: Option<(u32, &Skin)>,
+    skins: &[(u32, &Skin)],
 ) -> Result<Option<Rig>, PrimitiveFault> {
     let reader = Reader {
         primitive,
         vertices,
     };
     let mut rig = Rig::default();
-    if let Some((index, skin)) = skin {
-        rig.skin = Some(index);
-        (rig.joints, rig.weights) = reader.joints(skin)?;
+    if !skins.is_empty() {
+        (rig.joints, rig.weights) = reader.joints(skins)?;
     }
+    rig.skins = skins.iter().map(|(index, _)| *index).collect();
     rig.targets = reader.targets()?;
-    Ok((skin.is_some() || !rig.targets.is_empty()).then_some(rig))
+    Ok((!skins.is_empty() || !rig.targets.is_empty()).then_some(rig))
 }
 
 struct Reader<'a> {
@@ -227,7 +242,10 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn joints(&self, skin: &Skin) -> Result<(Vec<[u16; 4]>, Vec<[f32; 4]>), PrimitiveFault> {
+    fn joints(
+        &self,
+        skins: &[(u32, &Skin)],
+    ) -> Result<(Vec<[u16; 4]>, Vec<[f32; 4]>), PrimitiveFault> {
         use DataType::{F32, U8, U16};
         let primitive = self.primitive;
         // Bevy reads the first four joints of a vertex.
@@ -244,7 +262,14 @@ impl Reader<'_> {
         let joints: Vec<[f32; 4]> = self.vectors(&joints, Dimensions::Vec4, "joints")?;
         let joints: Vec<[u16; 4]> = joints.iter().map(|j| j.map(|j| j as u16)).collect();
         let weights = self.vectors(&weights, Dimensions::Vec4, "weights")?;
-        check_joints(&joints, &weights, skin.joints.len())?;
+        let mut pairs = joints.iter().zip(&weights);
+        let is_usable = |(&joints, &weights): (&[u16; 4], &[f32; 4])| {
+            let mut skins = skins.iter();
+            skins.all(|(_, skin)| skin.influences(joints, weights).is_some())
+        };
+        if !joints.is_empty() && !pairs.any(is_usable) {
+            return Err(RigFault::BadWeights.into());
+        }
         Ok((joints, weights))
     }
 
@@ -288,28 +313,4 @@ impl Reader<'_> {
         }
         self.vertices.read(accessor, [0.0; N], attribute)
     }
-}
-
-fn check_joints(
-    joints: &[[u16; 4]],
-    weights: &[[f32; 4]],
-    joint_count: usize,
-) -> Result<(), RigFault> {
-    for (vertex, (of_vertex, weights)) in joints.iter().zip(weights).enumerate() {
-        let is_weight = |weight: &f32| weight.is_finite() && *weight >= 0.0;
-        let sum: f32 = weights.iter().sum();
-        if !weights.iter().all(is_weight) || !sum.is_normal() {
-            return Err(RigFault::BadWeights { vertex });
-        }
-        let pairs = of_vertex.iter().zip(weights);
-        let mut used = pairs.filter(|(_, weight)| **weight > 0.0);
-        if let Some((&joint, _)) = used.find(|(joint, _)| usize::from(**joint) >= joint_count) {
-            return Err(RigFault::JointOutOfRange {
-                vertex,
-                joint,
-                joints: joint_count,
-            });
-        }
-    }
-    Ok(())
 }

@@ -246,12 +246,12 @@ impl TriangleTree {
         a.max(b).max(c).min_element()
     }
 
-    /// Whether no triangle within `distance` of `point` satisfies `wanted`.
+    /// Whether no triangle within `distance` of `point` satisfies `wanted`, which gets its index and corners.
     pub(crate) fn none_within(
         &self,
         point: Vec3,
         distance: f32,
-        wanted: impl Fn([Vec3; 3]) -> bool,
+        mut wanted: impl FnMut(u32, [Vec3; 3]) -> bool,
     ) -> bool {
         let enough = distance * distance;
         let mut pending: Vec<u32> = vec![0; usize::from(!self.leaves.is_empty())];
@@ -266,7 +266,8 @@ impl TriangleTree {
             }
             let leaf = &self.leaves[(inside & !IS_LEAF) as usize];
             let distances = leaf.triangles.distances_squared(point).to_array();
-            if (0..4).any(|k| distances[k] <= enough && wanted(leaf.triangles.corners(k))) {
+            let mut is_wanted = |k: usize| wanted(leaf.ids[k], leaf.triangles.corners(k));
+            if (0..4).any(|k| distances[k] <= enough && is_wanted(k)) {
                 return false;
             }
         }

@@ -23,7 +23,7 @@ pub(super) fn encode(
 ) -> (PagedMesh, Vec<Vec<u8>>) {
     // Pages always hold their vertices: no source mesh is loaded beside a streamed file.
     let file_options = FileOptions::from(options.precision);
-    let prepared = encode::prepare(&primitive.hierarchy, file_options);
+    let prepared = encode::prepare(primitive, file_options);
     let hierarchy = prepared.hierarchy();
     // Meshes on the GPU have an exact number for each column, also if the file is quantized.
     let columns = Attributes::of(&hierarchy.vertices).predictors(false);

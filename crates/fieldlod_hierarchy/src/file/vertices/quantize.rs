@@ -13,7 +13,7 @@ pub enum Precision {
     #[default]
     Lossless,
     /// Positions, texture coordinates and colours have 65536 values per axis of their extent. Normals and
-    /// tangents differ by at most 0.125°. Bounds are adapted to the rounded triangles.
+    /// tangents differ by at most 0.125°. Spheres, boxes and deviations contain the rounding.
     Quantized16,
 }
 
@@ -73,8 +73,8 @@ pub(crate) struct Grids {
 }
 
 impl Grids {
-    /// Grids over the extent of `vertices`.
-    pub(crate) fn around(vertices: &Vertices) -> Self {
+    /// Grids over the extent of `vertices`. Positions are rounded to a grid over `position_box`, if there is one.
+    pub(crate) fn around(vertices: &Vertices, position_box: Option<Aabb>) -> Self {
         let Vertices {
             positions,
             uvs,
@@ -83,11 +83,25 @@ impl Grids {
             ..
         } = vertices;
         Self {
-            position: std::array::from_fn(|k| Grid::around(positions.iter().map(|v| v[k]))),
+            position: std::array::from_fn(|k| match position_box {
+                Some(aabb) => Grid::around([aabb.min[k], aabb.max[k]].into_iter()),
+                None => Grid::around(positions.iter().map(|v| v[k])),
+            }),
             uv: std::array::from_fn(|k| Grid::around(uvs.iter().map(|v| v[k]))),
             uv_1: std::array::from_fn(|k| Grid::around(uvs_1.iter().map(|v| v[k]))),
             color: std::array::from_fn(|k| Grid::around(colors.iter().map(|v| v[k]))),
         }
+    }
+
+    /// The largest distance of a rounded position from the exact one. Primitives with the same grid have equal errors,
+    /// so that they still change levels together.
+    pub(crate) fn position_error(&self) -> f32 {
+        let squares = self.position.map(|grid| {
+            let last = grid.min + grid.step * f64::from(Grid::LAST);
+            let largest = grid.min.abs().max(last.abs());
+            (grid.step * 0.5 + largest * f64::from(f32::EPSILON) * 0.5).powi(2)
+        });
+        (squares.into_iter().sum::<f64>().sqrt() as f32).next_up()
     }
 
     pub(crate) fn are_usable(&self) -> bool {
@@ -96,20 +110,22 @@ impl Grids {
     }
 }
 
-/// Replaces the vertices of a hierarchy and adapts its bounds. Also returns the largest distance that a
-/// position moves, in local units.
-pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hierarchy, f32) {
-    let pairs = hierarchy.vertices.positions.iter().zip(&vertices.positions);
-    let distances = pairs.map(|(from, to)| from.as_dvec3().distance(to.as_dvec3()));
-    // Rounded up: the conversion to `f32` must not make the bound smaller than a distance.
-    let error_in_local = (distances.fold(0.0, f64::max) as f32).next_up();
+/// Replaces the vertices of a hierarchy by vertices that are at most `error_in_local` away. Adapts its bounds and
+/// deviations.
+pub(crate) fn with_vertices(
+    hierarchy: &Hierarchy,
+    vertices: Vertices,
+    error_in_local: f32,
+) -> Hierarchy {
     let mut hierarchy = Hierarchy {
         vertices,
         ..hierarchy.clone()
     };
-    // No vertex leaves a sphere by more than it moves. Boxes are computed again, because culling needs tight boxes.
+    // No point leaves a sphere, and no surface leaves the source, by more than vertices move. Boxes are computed again,
+    // because culling needs tight boxes.
     for group in &mut hierarchy.groups {
         group.bounds.radius += error_in_local;
+        group.deviation_in_local += error_in_local;
     }
     for index in 0..hierarchy.units.len() {
         let unit = &hierarchy.units[index];
@@ -117,5 +133,5 @@ pub(crate) fn with_vertices(hierarchy: &Hierarchy, vertices: Vertices) -> (Hiera
         let positions = used.map(|&vertex| hierarchy.vertices.positions[vertex as usize]);
         hierarchy.units[index].aabb = Aabb::around(positions).unwrap_or(unit.aabb);
     }
-    (hierarchy, error_in_local)
+    hierarchy
 }

@@ -195,6 +195,12 @@ impl SceneApp {
         self.stage.insert(self.eye.entity, msaa);
     }
 
+    /// Sets the error threshold of the plugin, in pixels.
+    pub fn set_error_px(&mut self, error_px: f32) {
+        let settings = FieldLodCamera::with_error_px(error_px);
+        self.stage.insert(self.eye.entity, settings);
+    }
+
     /// Moves the camera to its place after a number of metres.
     pub fn go_to(&mut self, metres: f32) {
         let pose = (self.path)(metres);
@@ -230,10 +236,18 @@ impl SceneApp {
 
     /// A picture from a pose.
     pub fn picture_from(&mut self, pose: Transform) -> RgbaImage {
+        self.picture_and_triangles(pose).0
+    }
+
+    /// A picture from a pose, and the [triangles](Self::triangles) of its frame.
+    pub fn picture_and_triangles(&mut self, pose: Transform) -> (RgbaImage, u64) {
         self.stage.insert(self.eye.entity, pose);
-        self.draw();
-        let [picture] = self.stage.shoot([&self.eye]);
-        picture
+        let pending = self.stage.draw(&self.eye);
+        let triangles = self.triangles();
+        // The picture arrives some frames later. They show the sky, which takes a software adapter no time.
+        let up = Transform::from_translation(pose.translation).looking_to(Vec3::Y, Vec3::X);
+        self.stage.insert(self.eye.entity, up);
+        (self.stage.wait(&pending), triangles)
     }
 
     /// Triangles that the camera draws: of all meshes in its lists, in its frustum and in their ranges. Shadows are not

@@ -66,35 +66,24 @@ fn main() {
         "{:<8}{:<16}{:>11}{:>8}{:>8}{:>8}{:>9}",
         "", "", "triangles", "RMSE", "bias", "FLIP", "flicker"
     );
-    let mut methods = vec![("full detail".to_owned(), Method::Full { gpu: false })];
-    methods.extend(
-        thresholds
-            .iter()
-            .map(|&px| (format!("plugin, {px} px"), Method::auto_lod(px))),
-    );
     let app = |method| app(&scene, method, msaa, 1).expect("there was an adapter");
-    let mut apps: Vec<_> = methods
-        .into_iter()
-        .map(|(name, method)| (name, app(method)))
-        .collect();
+    let mut full = app(Method::Full { gpu: false });
+    let mut plugin = app(Method::auto_lod(1.0));
     let mut ranges = app(Method::Ranges { gpu: false });
     for (place, pose) in places {
         let poses = steps_from(pose);
-        let truth = pictures(&mut truth, &poses, SUPERSAMPLED);
+        let (truth, _) = pictures(&mut truth, &poses, SUPERSAMPLED);
         keep(&truth[0], &place, "truth");
-        let mut rows = Vec::new();
-        for (name, app) in &mut apps {
-            rows.push(measure(name, &place, app, &poses, &truth));
+        measure("full detail", &place, &mut full, &poses, &truth);
+        let mut errors = Vec::new();
+        for px in &thresholds {
+            plugin.set_error_px(*px);
+            let name = format!("plugin, {px} px");
+            errors.push(measure(&name, &place, &mut plugin, &poses, &truth).rmse);
         }
-        let wanted = rows[1].rmse;
-        let factor = match_error(&mut ranges, wanted, &poses[..1], &truth[..1]);
-        measure(
-            &format!("ranges × {factor:.2}"),
-            &place,
-            &mut ranges,
-            &poses,
-            &truth,
-        );
+        let factor = match_error(&mut ranges, errors[0], &poses[..1], &truth[..1]);
+        let name = format!("ranges × {factor:.2}");
+        measure(&name, &place, &mut ranges, &poses, &truth);
     }
 }
 
@@ -121,11 +110,13 @@ fn steps_from(pose: Transform) -> Vec<Transform> {
         .collect()
 }
 
-fn pictures(app: &mut SceneApp, poses: &[Transform], scale: u32) -> Vec<Linear> {
-    let pictures = poses.iter().map(|&pose| app.picture_from(pose));
-    pictures
-        .map(|picture| Linear::of(&picture, scale))
-        .collect()
+/// Pictures from poses, and the triangles of the first.
+fn pictures(app: &mut SceneApp, poses: &[Transform], scale: u32) -> (Vec<Linear>, u64) {
+    let pictures = poses.iter().map(|&pose| app.picture_and_triangles(pose));
+    let (pictures, triangles): (Vec<Linear>, Vec<u64>) = pictures
+        .map(|(picture, triangles)| (Linear::of(&picture, scale), triangles))
+        .unzip();
+    (pictures, triangles[0])
 }
 
 fn measure(
@@ -135,16 +126,12 @@ fn measure(
     poses: &[Transform],
     truth: &[Linear],
 ) -> Errors {
-    let pictures = pictures(app, poses, 1);
+    let (pictures, triangles) = pictures(app, poses, 1);
     keep(&pictures[0], place, name);
     let errors = Errors::of(&pictures, truth);
     println!(
         "{place:<8}{name:<16}{:>11}{:>8.2}{:>8.2}{:>8.4}{:>9.2}",
-        app.triangles(),
-        errors.rmse,
-        errors.bias,
-        errors.flip,
-        errors.flicker
+        triangles, errors.rmse, errors.bias, errors.flip, errors.flicker
     );
     errors
 }
@@ -155,7 +142,7 @@ fn match_error(app: &mut SceneApp, wanted: f64, poses: &[Transform], truth: &[Li
     for _ in 0..SEARCH_STEPS {
         let factor = (near * far).sqrt();
         app.scale_ranges(factor);
-        if rmse(&pictures(app, poses, 1), truth) > wanted {
+        if rmse(&pictures(app, poses, 1).0, truth) > wanted {
             near = factor;
         } else {
             far = factor;

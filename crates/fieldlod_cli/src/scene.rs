@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fieldlod_bake::UnpackedGltf;
+use fieldlod_bake::{ImportError, UnpackedGltf};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
@@ -18,6 +18,15 @@ const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 /// Extensions of primitives that do not refer to their vertices or triangles.
 const EXTENSIONS_KEPT: [&str; 1] = ["KHR_materials_variants"];
+
+/// Why a scene cannot be written.
+#[derive(Debug, Error)]
+pub(crate) enum SceneFault {
+    #[error(transparent)]
+    Reference(#[from] BadReference),
+    #[error(transparent)]
+    Glb(#[from] ImportError),
+}
 
 /// A reference in the JSON of a scene is out of range.
 #[derive(Debug, Error)]
@@ -44,7 +53,7 @@ impl Scene {
         baked: BakedFile,
         pages: &str,
         large_from_triangles: u64,
-    ) -> Result<Self, BadReference> {
+    ) -> Result<Self, SceneFault> {
         let json = &mut source.json;
         let is_large = |primitive: &BakedPrimitive| {
             let is_large = primitive.hierarchy.source_triangle_count() >= large_from_triangles;
@@ -63,7 +72,7 @@ impl Scene {
             json["accessors"][accessor]["bufferView"] = view.into();
         }
         Ok(Self {
-            glb: source.to_glb(),
+            glb: source.to_glb()?,
             large,
             small: BakedFile { primitives: small },
             dropped_extensions: added.dropped_extensions,

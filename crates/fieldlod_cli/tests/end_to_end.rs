@@ -238,7 +238,8 @@ fn files_in_pages_are_inspected() {
     bytes[last] ^= 1;
     fs::write(&output, &bytes).unwrap();
     assert_fails(&["inspect", text(&output)], &output, "checksum");
-    assert_verify_fails(&input, &output, "corrupt: wrong checksum");
+    let verify = ["verify", text(&input), text(&output)];
+    assert_fails(&verify, &output, "corrupt: wrong checksum");
 }
 
 #[test]

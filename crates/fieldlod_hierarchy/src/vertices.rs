@@ -53,16 +53,6 @@ impl Vertices {
         }
     }
 
-    /// Appends vertices with the same attributes.
-    pub(crate) fn extend(&mut self, other: Self) {
-        self.positions.extend(other.positions);
-        self.normals.extend(other.normals);
-        self.uvs.extend(other.uvs);
-        self.tangents.extend(other.tangents);
-        self.uvs_1.extend(other.uvs_1);
-        self.colors.extend(other.colors);
-    }
-
     /// Hash of a mesh with exactly these vertices and the triangle list `indices`.
     ///
     /// The indices of a mesh without an index buffer are `0, 1, 2, …`.

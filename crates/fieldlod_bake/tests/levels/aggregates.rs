@@ -112,6 +112,7 @@ fn leaves_that_vertex_alpha_hides_do_not_count() {
     let surface = Surface::new(Vec4::ONE, SurfaceAlpha::Mask { cutoff: 0.5 });
     mesh.surface = Some(Arc::new(surface));
     let hierarchy = bake(&mesh);
+    verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
     let colors = &hierarchy.vertices.colors;
     let visible = |mut triangles: Vec<[u32; 3]>| {
         triangles.retain(|triangle| triangle.iter().all(|v| colors[*v as usize].w >= 0.5));
@@ -141,7 +142,8 @@ fn blended_levels_keep_the_order_of_triangles() {
     };
     let source = mesh.indices.as_chunks().0.iter().copied();
     assert!(source.map(sorted).eq(levels[0].iter().copied().map(sorted)));
-    for triangles in levels {
+    // Coarser shells are too far from round to be told apart by their radius.
+    for triangles in levels.iter().filter(|triangles| triangles.len() > 200) {
         let shell = |triangle: &[u32; 3]| {
             let radius = hierarchy.vertices.positions[triangle[0] as usize].length();
             (radius * 4.0).round() as u32

@@ -233,14 +233,18 @@ impl PagedMesh {
         }
         let all: Vec<u32> = (0..source.positions.len() as u32).collect();
         let rounded = from_rows(&to_rows(source, grids), attributes, grids, &all);
-        let rows = to_rows(&rounded, grids);
+        let mut all_rows = to_rows(&rounded, grids);
         let mut places: HashMap<Vec<u32>, u32> = HashMap::new();
-        let first = |&vertex: &u32| *places.entry(rows.row(vertex).to_vec()).or_insert(vertex);
+        let first = |&vertex: &u32| {
+            *places
+                .entry(all_rows.row(vertex).to_vec())
+                .or_insert(vertex)
+        };
         let firsts = all.iter().map(first).collect();
+        let mut count = all.len() as u32;
         let mut whole = Hierarchy {
             source: self.graph.source,
-            source_vertex_count: all.len() as u32,
-            vertices: rounded,
+            source_vertex_count: count,
             ..Hierarchy::default()
         };
         let pages = (0..self.pages.len()).map(|page| self.read_page_of(page, file));
@@ -253,11 +257,11 @@ impl PagedMesh {
             let page = &pages[number];
             for (unit, own) in group.units().zip(&page.units[page.groups[at].units()]) {
                 let vertices = page.vertices_of(own).iter().map(|&vertex| {
-                    let next = whole.vertices.positions.len() as u32;
-                    let row = rows[number].row(vertex).to_vec();
-                    let place = *places.entry(row).or_insert(next);
-                    if place == next {
-                        whole.vertices.extend(page.vertices.at(&[vertex]));
+                    let row = rows[number].row(vertex);
+                    let place = *places.entry(row.to_vec()).or_insert(count);
+                    if place == count {
+                        all_rows.push(row);
+                        count += 1;
                     }
                     place
                 });
@@ -268,6 +272,8 @@ impl PagedMesh {
             }
             whole.push_group(*group, self.graph.finer_groups(group).iter().copied());
         }
+        let all: Vec<u32> = (0..count).collect();
+        whole.vertices = from_rows(&all_rows, attributes, grids, &all);
         Ok((whole, firsts))
     }
 

@@ -5,6 +5,7 @@ use fieldlod_hierarchy::Hierarchy;
 use crate::config::BakeConfig;
 use crate::levels::assemble::assemble;
 use crate::levels::build::build_levels;
+use crate::levels::source_order::in_source_order;
 use crate::levels::vertices::{LevelVertices, NORMAL_WEIGHT};
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
@@ -80,6 +81,7 @@ pub(crate) fn bake_valid_mesh(
     }
     // `assemble` consumes the vertices.
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
+    let origin = surfaces.any_blended().then(|| vertices.origin.clone());
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);
     let coarsest = hierarchy
@@ -92,6 +94,10 @@ pub(crate) fn bake_valid_mesh(
     let torn = report.first_torn_group().filter(|_| measures_tears);
     if config.measure_appearance && (report.has_aggregates || torn.is_some()) {
         measure_levels(&mut hierarchy, &surfaces, report.has_aggregates, torn);
+    }
+    // Renderers blend the triangles of a mesh in their order.
+    if let Some(origin) = origin {
+        hierarchy = in_source_order(hierarchy, mesh, &origin);
     }
     (hierarchy, report)
 }

@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 use crate::characters::bake_rigged;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Rig, Skipped, UnreadImage,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Skipped, UnreadImage,
     import_gltf, import_gltf_bytes,
 };
 use crate::levels::neighbours::meeting_vertices;
@@ -81,7 +81,6 @@ pub fn bake_import(
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
     let tracker = Tracker::new(triangles, progress);
-    let of_grids = primitives_of_grids(&import);
     let rigged = bake_rigged_primitives(&import, config, &tracker)?;
     import
         .primitives
@@ -106,7 +105,7 @@ pub fn bake_import(
     // Rigged primitives were baked separately. Files list primitives in the order of the glTF file.
     baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
     let (mut primitives, reports): (Vec<_>, Vec<_>) = baked.into_iter().unzip();
-    share_grids(&mut primitives, &of_grids);
+    share_grids(&mut primitives, &import.space_of_mesh);
     Ok(BakeOutcome {
         file: BakedFile { primitives },
         reports,
@@ -165,49 +164,39 @@ fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
     outer
 }
 
-/// For each primitive, the first primitive that needs the same grid if positions are rounded: because they share
-/// vertices in one space, or are parts of one character.
-fn primitives_of_grids(import: &Import) -> BTreeMap<(u32, u32), u32> {
-    let mut first: Vec<u32> = (0..import.primitives.len() as u32).collect();
+/// Gives primitives that share positions in one space, or that change levels together, the box of them all.
+fn share_grids(primitives: &mut [BakedPrimitive], space_of_mesh: &[u32]) {
+    let mut first: Vec<u32> = (0..primitives.len() as u32).collect();
     let mut at: FxHashMap<_, u32> = FxHashMap::default();
-    for (index, primitive) in (0..).zip(&import.primitives) {
-        let mesh = primitive.place.mesh_index;
-        let space = (0, import.space_of_mesh[mesh as usize]);
-        let of_rig = |rig: &Rig| rig.skins.first().map_or((1, mesh), |skin| (2, *skin));
-        let mut meet = |key| connect(&mut first, index, *at.entry(key).or_insert(index));
-        match &primitive.rig {
-            Some(rig) => meet((of_rig(rig), None)),
-            None => {
-                let positions = primitive.mesh.positions.iter();
-                positions.for_each(|position| meet((space, Some(bits(*position)))));
-            }
+    for (
+        index,
+        BakedPrimitive {
+            mesh_index,
+            hierarchy,
+            ..
+        },
+    ) in (0..).zip(&*primitives)
+    {
+        let space = space_of_mesh[*mesh_index as usize];
+        let positions = hierarchy.vertices.positions.iter();
+        let positions = positions.map(|position| (space, bits(*position), 0));
+        // Primitives that change levels together have equal spheres.
+        let spheres = hierarchy.groups.iter().take(1).map(|group| group.bounds);
+        let spheres = spheres.map(|s| (u32::MAX, bits(s.center), s.radius.to_bits()));
+        for key in positions.chain(spheres) {
+            connect(&mut first, index, *at.entry(key).or_insert(index));
         }
     }
-    let places = import.primitives.iter().map(|primitive| &primitive.place);
-    let firsts = (0..).zip(places).map(|(index, place)| {
-        let key = (place.mesh_index, place.primitive_index);
-        (key, find_first(&mut first, index))
-    });
-    firsts.collect()
-}
-
-/// Gives primitives with the same grid the box of them all.
-fn share_grids(primitives: &mut [BakedPrimitive], of_grids: &BTreeMap<(u32, u32), u32>) {
-    let mut boxes: BTreeMap<u32, (Aabb, usize)> = BTreeMap::new();
-    let grid_of = |p: &BakedPrimitive| of_grids.get(&(p.mesh_index, p.primitive_index)).copied();
-    for primitive in &*primitives {
-        let positions = primitive.hierarchy.vertices.positions.iter();
-        if let (Some(grid), Some(own)) = (grid_of(primitive), Aabb::around(positions.copied())) {
-            let (whole, count) = boxes.entry(grid).or_insert((own, 0));
-            (whole.min, whole.max) = (whole.min.min(own.min), whole.max.max(own.max));
-            *count += 1;
-        }
+    let mut boxes: BTreeMap<u32, Vec<Aabb>> = BTreeMap::new();
+    for (index, primitive) in (0..).zip(&*primitives) {
+        let positions = primitive.hierarchy.vertices.positions.iter().copied();
+        let own = boxes.entry(find_first(&mut first, index)).or_default();
+        own.extend(Aabb::around(positions));
     }
-    for primitive in primitives {
-        let shared = grid_of(primitive).and_then(|grid| boxes.get(&grid));
-        primitive.grid_box = shared
-            .filter(|(_, count)| *count > 1)
-            .map(|(whole, _)| *whole);
+    for (index, primitive) in (0..).zip(primitives) {
+        let own = &boxes[&find_first(&mut first, index)];
+        let corners = own.iter().flat_map(|own| [own.min, own.max]);
+        primitive.grid_box = Aabb::around(corners).filter(|_| own.len() > 1);
     }
 }
 

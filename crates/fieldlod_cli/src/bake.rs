@@ -207,7 +207,7 @@ fn read(arguments: &Arguments) -> Result<(Import, Option<SceneFiles>), Failure> 
     if arguments.scene {
         let source = unpack_gltf(&bytes, &beside).map_err(fail)?;
         // The rewritten file is baked, because the levels must fit the vertices that the scene holds.
-        bytes = source.to_glb();
+        bytes = source.to_glb().map_err(fail)?;
         let images = read_images(input, &source)?;
         scene = Some(SceneFiles { source, images });
     }

@@ -63,7 +63,15 @@ pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
         let count = steps.count();
         if count > 0 {
             let groups = if count == 1 { "group" } else { "groups" };
-            let _ = write!(text, "\nfallback: {title}: {kind} in {count} {groups}");
+            let advice = if kind == FallbackKind::TexturesTorn {
+                "; if it shows, join texture islands in the source, or set `displacement_px` to draw these levels farther away"
+            } else {
+                ""
+            };
+            let _ = write!(
+                text,
+                "\nfallback: {title}: {kind} in {count} {groups}{advice}"
+            );
         }
     }
     let found = [
@@ -103,6 +111,7 @@ mod tests {
         };
         let steps = [
             (FallbackKind::Pruned, 9_000, 4_000),
+            (FallbackKind::TexturesTorn, 9_000, 4_000),
             (FallbackKind::Sloppy, 4_000, 2_000),
             (FallbackKind::Sloppy, 2_000, 513),
         ];
@@ -113,6 +122,7 @@ mod tests {
         };
         let expected = "
 fallback: m: small components removed in 1 group
+fallback: m: textures may be torn in 1 group; if it shows, join texture islands in the source, or set `displacement_px` to draw these levels farther away
 fallback: m: vertices merged on a grid in 2 groups
 stuck: m: could not simplify below 513 triangles";
         assert_eq!(fallback_lines("m", &report), expected);

@@ -73,19 +73,33 @@ pub fn progress_bar(template: &str) -> ProgressBar {
     bar
 }
 
-/// Writes a file atomically: under a temporary name first, then renamed.
+/// Writes a file. A regular file is replaced atomically: written under a temporary name first, then renamed. Devices and
+/// pipes are written to, and symbolic links stay.
 ///
 /// # Errors
 /// A [`Failure`] with the file's name and the system's error.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let is_regular = match fs::metadata(path) {
+        Ok(found) => found.is_file(),
+        // The name is free, or a link leads to a name that is free.
+        Err(_) => !path.is_symlink(),
+    };
+    let written = if is_regular {
+        replace(&fs::canonicalize(path).unwrap_or(path.to_owned()), bytes)
+    } else {
+        File::create(path).and_then(|mut file| file.write_all(bytes))
+    };
+    written.map_err(|error| Failure::new(path, format!("could not be written: {error}")))
+}
+
+fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let temporary = temporary_name(path);
     // Another process with the same id, for example in a container, must not write the same file.
-    let written = File::create_new(&temporary).and_then(|file| {
+    File::create_new(&temporary).and_then(|file| {
         let written = write_synced(file, bytes).and_then(|()| fs::rename(&temporary, path));
         // Ignore an error of the removal. The error of the write is reported.
         written.inspect_err(|_| drop(fs::remove_file(&temporary)))
-    });
-    written.map_err(|error| Failure::new(path, format!("could not be written: {error}")))
+    })
 }
 
 fn temporary_name(path: &Path) -> PathBuf {

@@ -40,14 +40,8 @@ impl PagesReport {
     pub(crate) fn of(file: String, bytes: &[u8]) -> Result<Self, FileError> {
         let paged = PagedFile::from_contents(bytes)?;
         for mesh in &paged.meshes {
-            for (number, page) in mesh.pages.iter().enumerate() {
-                let range = page.bytes.start as usize..page.bytes.end as usize;
-                let page = bytes.get(range).ok_or(FileError::Truncated {
-                    what: "the file",
-                    needed: page.bytes.end,
-                    available: bytes.len() as u64,
-                })?;
-                mesh.read_page(number, page)?;
+            for number in 0..mesh.pages.len() {
+                mesh.read_page_of(number, bytes)?;
             }
         }
         Ok(Self {

@@ -7,11 +7,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use fieldlod_bake::UnpackedGltf;
+use fieldlod_bake::{ImportError, UnpackedGltf};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
-use thiserror::Error;
 
 /// Component types of glTF: 32-bit floating-point numbers and 32-bit indices.
 const FLOAT: u32 = 5126;
@@ -20,9 +19,9 @@ const UNSIGNED_INT: u32 = 5125;
 const EXTENSIONS_KEPT: [&str; 1] = ["KHR_materials_variants"];
 
 /// A reference in the JSON of a scene is out of range.
-#[derive(Debug, Error)]
-#[error("invalid glTF: index out of range")]
-pub(crate) struct BadReference;
+fn bad_reference() -> ImportError {
+    ImportError::Invalid("index out of range".into())
+}
 
 /// A scene in parts.
 pub(crate) struct Scene {
@@ -44,7 +43,7 @@ impl Scene {
         baked: BakedFile,
         pages: &str,
         large_from_triangles: u64,
-    ) -> Result<Self, BadReference> {
+    ) -> Result<Self, ImportError> {
         let json = &mut source.json;
         let is_large = |primitive: &BakedPrimitive| {
             let is_large = primitive.hierarchy.source_triangle_count() >= large_from_triangles;
@@ -63,7 +62,7 @@ impl Scene {
             json["accessors"][accessor]["bufferView"] = view.into();
         }
         Ok(Self {
-            glb: source.to_glb(),
+            glb: source.to_glb()?,
             large,
             small: BakedFile { primitives: small },
             dropped_extensions: added.dropped_extensions,
@@ -102,13 +101,13 @@ fn replace(
     baked: &BakedPrimitive,
     pages: &str,
     added: &mut Added,
-) -> Result<(), BadReference> {
+) -> Result<(), ImportError> {
     let (mesh, index) = (baked.mesh_index as usize, baked.primitive_index as usize);
     let (attributes, indices) = add_coarsest(json, added, &baked.hierarchy);
     let primitive = json["meshes"][mesh]["primitives"].get_mut(index);
     let primitive = primitive
         .and_then(Value::as_object_mut)
-        .ok_or(BadReference)?;
+        .ok_or_else(bad_reference)?;
     let old = primitive.insert("attributes".into(), attributes);
     added.replaced.extend(old.iter().flat_map(indices_in));
     let old = primitive.insert("indices".into(), indices.into());
@@ -296,7 +295,7 @@ fn pack(
     binary: &[u8],
     added: &Added,
     dropped: &BTreeMap<usize, usize>,
-) -> Result<Vec<u8>, BadReference> {
+) -> Result<Vec<u8>, ImportError> {
     let mut used = BTreeSet::new();
     // Extensions may refer to views by other keys, so every number in an extension counts.
     for key in ["bufferView", "extensions"] {
@@ -325,9 +324,9 @@ fn pack(
     Ok(bytes)
 }
 
-fn bytes_of<'a>(view: &Value, binary: &'a [u8]) -> Result<&'a [u8], BadReference> {
+fn bytes_of<'a>(view: &Value, binary: &'a [u8]) -> Result<&'a [u8], ImportError> {
     let start = view["byteOffset"].as_u64().unwrap_or(0) as usize;
-    let length = view["byteLength"].as_u64().ok_or(BadReference)? as usize;
-    let end = start.checked_add(length).ok_or(BadReference)?;
-    binary.get(start..end).ok_or(BadReference)
+    let length = view["byteLength"].as_u64().ok_or_else(bad_reference)? as usize;
+    let end = start.checked_add(length).ok_or_else(bad_reference)?;
+    binary.get(start..end).ok_or_else(bad_reference)
 }

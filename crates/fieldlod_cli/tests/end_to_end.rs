@@ -239,7 +239,76 @@ fn files_in_pages_are_inspected() {
     fs::write(&output, &bytes).unwrap();
     assert_fails(&["inspect", text(&output)], &output, "checksum");
     let verify = ["verify", text(&input), text(&output)];
-    assert_fails(&verify, &output, "not a .fieldlod file");
+    assert_fails(&verify, &output, "corrupt: wrong checksum");
+}
+
+#[test]
+fn pages_are_verified() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 100);
+    let output = folder.path().join("grid.fieldpages");
+    for quantize in [&[][..], &["--quantize"]] {
+        self::output(&[&["bake", text(&input), "--pages"], quantize].concat());
+        let report = self::output(&["verify", "--json", text(&input), text(&output)]);
+        let report: Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["primitives"][0]["cuts"], 200, "{report}");
+        assert_eq!(report["primitives"].as_array().unwrap().len(), 1);
+    }
+    grid_glb(folder.path(), 99);
+    assert_verify_fails(&input, &output, "it was baked from another mesh");
+}
+
+#[test]
+fn quantized_files_pass_verification() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 40);
+    let mut file = Glb::read(&input);
+    // Multiples of 0.3 are on no grid.
+    let positions = file.binary[..41 * 41 * 12].as_chunks_mut::<4>().0;
+    for number in positions {
+        *number = (f32::from_le_bytes(*number) * 0.3).to_le_bytes();
+    }
+    file.write(&input);
+    output(&["bake", "--quantize", text(&input)]);
+    output(&[
+        "verify",
+        text(&input),
+        text(&input.with_extension("fieldlod")),
+    ]);
+}
+
+/// Only regular files are replaced.
+#[cfg(unix)]
+#[test]
+fn outputs_that_are_links_or_pipes_stay() {
+    let folder = TempDir::new().unwrap();
+    let input = grid_glb(folder.path(), 8);
+    let at = |name: &str| folder.path().join(name);
+    let bake = |name: &str| output(&["bake", text(&input), "-o", text(&at(name))]);
+    bake("plain");
+    let expected = fs::read(at("plain")).unwrap();
+    for (link, target) in [("to_old", "old"), ("to_new", "new")] {
+        std::os::unix::fs::symlink(target, at(link)).unwrap();
+    }
+    fs::write(at("old"), "old").unwrap();
+    for (link, target) in [("to_old", "old"), ("to_new", "new")] {
+        bake(link);
+        assert!(at(link).is_symlink() && fs::read(at(target)).unwrap() == expected);
+    }
+    let pipe = at("pipe");
+    assert!(
+        Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .unwrap()
+            .success()
+    );
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::read(pipe).unwrap()
+    });
+    bake("pipe");
+    assert!(reader.join().unwrap() == expected && !pipe.is_file());
 }
 
 #[test]

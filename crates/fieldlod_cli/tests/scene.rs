@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{FLOAT, Glb, assert_fails, grid, output, text};
+use common::{FLOAT, Glb, assert_fails, fieldlod, grid, output, text};
 use fieldlod_bake::import_gltf;
 use fieldlod_hierarchy::{BakedFile, PagedFile, Vertices};
 use serde_json::{Value, json};
@@ -94,6 +94,30 @@ fn scene_keeps_everything_except_large_meshes() {
     let small = fs::read(output.join("world.fieldlod")).unwrap();
     let small = BakedFile::from_bytes_beside_source(&small).unwrap();
     assert!(small.find(1, 0).is_some() && small.find(0, 0).is_none());
+}
+
+/// The large mesh is in pages. The scene itself has only its coarsest level.
+#[test]
+fn scenes_are_verified_with_their_pages() {
+    let (_folder, input, folder) = paths();
+    scene().write(&input);
+    for quantize in [&[][..], &["--quantize"]] {
+        output(&[&arguments(&input, &folder)[..], quantize].concat());
+        for file in ["world.fieldlod", "world.fieldpages"] {
+            let file = folder.join(file);
+            let report = output(&["verify", "--json", text(&input), text(&file)]);
+            let report: Value = serde_json::from_str(&report).unwrap();
+            let cuts = [0, 1].map(|index| report["primitives"][index]["cuts"].clone());
+            assert_eq!(cuts, [200, 200], "{report}");
+        }
+        let (scene, levels) = (folder.join("world.glb"), folder.join("world.fieldlod"));
+        let report = output(&["verify", text(&scene), text(&levels)]);
+        assert!(report.contains("in pages; verify them against"), "{report}");
+    }
+    fs::remove_file(folder.join("world.fieldpages")).unwrap();
+    let levels = folder.join("world.fieldlod");
+    let verify = fieldlod(&["verify", text(&input), text(&levels)]);
+    assert_eq!(verify.status.code(), Some(1));
 }
 
 #[test]

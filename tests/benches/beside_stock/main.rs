@@ -104,7 +104,7 @@ fn unpacked(input: &str, folder: &Path) -> Vec<String> {
         let bytes =
             fieldlod_bake::unpack_gltf(&bytes, &|name| std::fs::read(Path::new(input).join(name)));
         let copy = folder.join(file.file_name().unwrap());
-        std::fs::write(&copy, bytes.unwrap().to_glb()).unwrap();
+        std::fs::write(&copy, bytes.unwrap().to_glb().unwrap()).unwrap();
         copy.to_str().unwrap().to_owned()
     };
     files.into_iter().map(unpack).collect()

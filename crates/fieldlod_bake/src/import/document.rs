@@ -56,27 +56,31 @@ pub(super) fn json_of(bytes: &[u8]) -> Result<(Value, Option<&[u8]>), ImportErro
 }
 
 /// A binary glTF file of JSON and one binary chunk.
-pub(super) fn glb_of(json: &Value, binary: &[u8]) -> Vec<u8> {
+pub(super) fn glb_of(json: &Value, binary: &[u8]) -> Result<Vec<u8>, ImportError> {
     let text = json.to_string();
-    let mut chunks = Vec::with_capacity(text.len() + binary.len() + 24);
+    let length = glb_length([text.len() as u64, binary.len() as u64])?;
+    let mut glb = Vec::with_capacity(length as usize);
+    glb.extend(GLB_MAGIC);
+    glb.extend(2u32.to_le_bytes());
+    glb.extend(length.to_le_bytes());
     for (kind, bytes, padding) in [
         (JSON_CHUNK, text.as_bytes(), b' '),
         (BINARY_CHUNK, binary, 0),
     ] {
         let padded = bytes.len().next_multiple_of(4);
-        chunks.extend((padded as u32).to_le_bytes());
-        chunks.extend(kind.to_le_bytes());
-        chunks.extend(bytes);
-        chunks.resize(chunks.len() + padded - bytes.len(), padding);
+        glb.extend((padded as u32).to_le_bytes());
+        glb.extend(kind.to_le_bytes());
+        glb.extend(bytes);
+        glb.resize(glb.len() + padded - bytes.len(), padding);
     }
-    let length = 12 + chunks.len() as u32;
-    [
-        GLB_MAGIC,
-        &2u32.to_le_bytes(),
-        &length.to_le_bytes(),
-        &chunks,
-    ]
-    .concat()
+    Ok(glb)
+}
+
+/// The length of a GLB with chunks of these lengths. Its header has 32 bits for it.
+fn glb_length(chunks: [u64; 2]) -> Result<u32, ImportError> {
+    let padded = chunks.map(|length| 8 + length.next_multiple_of(4));
+    let bytes = 12 + padded.into_iter().sum::<u64>();
+    u32::try_from(bytes).map_err(|_| ImportError::TooLargeForGlb { bytes })
 }
 
 /// The JSON and binary chunks of a GLB. Chunks of other types are ignored, as the specification demands.
@@ -277,4 +281,17 @@ pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
         _ => mesh,
     };
     (0..).zip(&drawn_by).map(space).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn glb_above_32_bits_is_an_error() {
+        let most = u64::from(u32::MAX) - 12 - 8 - 8 - 100 - 3;
+        assert_eq!(glb_length([97, most]).unwrap(), u32::MAX - 3);
+        let fault = glb_length([97, most + 1]).unwrap_err().to_string();
+        assert!(fault.contains("4294967296 bytes"), "{fault}");
+    }
 }

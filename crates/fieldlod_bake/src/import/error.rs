@@ -121,6 +121,11 @@ pub enum ImportError {
         place: PrimitivePlace,
         fault: PrimitiveFault,
     },
+    /// The file would exceed the 32-bit lengths of a GLB.
+    #[error(
+        "as one .glb file it would have {bytes} bytes, but at most 4 GiB are possible: split it"
+    )]
+    TooLargeForGlb { bytes: u64 },
     /// The file has no meshes.
     #[error("it has no meshes")]
     NoMeshes,

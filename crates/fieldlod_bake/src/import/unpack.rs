@@ -69,8 +69,10 @@ fn outside(list: &str, index: usize) -> ImportError {
 
 impl UnpackedGltf {
     /// Encodes the file as binary glTF.
-    #[must_use]
-    pub fn to_glb(&self) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// [`ImportError::TooLargeForGlb`] above 4 GiB.
+    pub fn to_glb(&self) -> Result<Vec<u8>, ImportError> {
         document::glb_of(&self.json, &self.binary)
     }
 

@@ -13,5 +13,6 @@ pub(crate) mod groups;
 pub(crate) mod neighbours;
 pub(crate) mod simplified_group;
 pub(crate) mod simplify;
+pub(crate) mod source_order;
 mod step;
 pub(crate) mod vertices;

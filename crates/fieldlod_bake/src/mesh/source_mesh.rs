@@ -112,8 +112,8 @@ impl SourceMesh {
         }
     }
 
-    /// The surface, if it affects pictures of the mesh: visible, not plain white, and with the texture coordinates that
-    /// it needs.
+    /// The surface, if it affects pictures of the mesh: visible, not plain white with opaque vertices, and with the
+    /// texture coordinates that it needs.
     pub(crate) fn visible_surface(&self) -> Option<&Arc<Surface>> {
         let has_uvs = |surface: &Surface| match surface.mapping() {
             Some(mapping) if mapping.uses_uvs_1 => !self.uvs_1.is_empty(),
@@ -121,7 +121,8 @@ impl SourceMesh {
             None => true,
         };
         let surface = self.surface.as_ref();
-        surface.filter(|s| s.is_visible() && has_uvs(s) && !s.is_blank())
+        let has_alpha = |s: &Surface| s.uses_alpha() && self.colors.iter().any(|c| c.w < 1.0);
+        surface.filter(|s| s.is_visible() && has_uvs(s) && (!s.is_blank() || has_alpha(s)))
     }
 
     /// The mesh with three vertices and a flat normal per triangle, as renderers draw meshes without normals.

@@ -189,6 +189,25 @@ impl Surface {
         self.alpha_threshold > 0.0
     }
 
+    /// Whether alpha affects the surface.
+    pub(crate) fn uses_alpha(&self) -> bool {
+        self.alpha != SurfaceAlpha::Opaque
+    }
+
+    /// Whether pixels are blended, so that the order of triangles is visible.
+    pub(crate) fn is_blended(&self) -> bool {
+        self.alpha == SurfaceAlpha::Blend
+    }
+
+    /// Factor for the opacity where the vertex colour has this alpha.
+    pub(crate) fn opacity_of_vertex(&self, alpha: f32) -> f32 {
+        match self.alpha {
+            SurfaceAlpha::Opaque => 1.0,
+            SurfaceAlpha::Mask { cutoff } => f32::from(self.base_color.w * alpha >= cutoff),
+            SurfaceAlpha::Blend => alpha,
+        }
+    }
+
     /// Whether the surface is opaque white without a texture, as a default material. It then has no effect on pictures,
     /// and leaves with texture coordinates count as if their material were unknown.
     pub(crate) fn is_blank(&self) -> bool {

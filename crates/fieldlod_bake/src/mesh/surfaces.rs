@@ -77,6 +77,12 @@ impl Surfaces {
         surfaces.any(|surface| surface.mapping().is_some())
     }
 
+    /// Whether a known surface is blended.
+    pub(crate) fn any_blended(&self) -> bool {
+        let mut surfaces = self.parts.iter().flat_map(|part| &part.surface);
+        surfaces.any(|surface| surface.is_blended())
+    }
+
     /// Index of the part of a source vertex.
     pub(crate) fn part_of(&self, vertex: u32) -> usize {
         self.parts.partition_point(|part| part.end <= vertex)

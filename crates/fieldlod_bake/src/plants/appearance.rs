@@ -139,6 +139,11 @@ fn differences(
         colors: &vertices.colors,
         surfaces: &of_vertices.surfaces,
         uvs: &of_vertices.uvs,
+        alphas: &vertices
+            .colors
+            .iter()
+            .map(|color| color.w)
+            .collect::<Vec<_>>(),
         sphere,
         exposure: surfaces.exposure(vertices.colors.get(..count).unwrap_or(&[])),
     };

@@ -156,13 +156,14 @@ impl Coverage {
         look: impl FnOnce(&Model<'_>, &(dyn Fn(&[u32; 3]) -> f32 + Sync)) -> R,
     ) -> R {
         let positions: Vec<Vec3> = drawn.positions.iter().copied().map(Vec3::from).collect();
-        let (surfaces, uvs) = drawn.surfaces(vertices);
+        let (surfaces, uvs, alphas) = drawn.surfaces(vertices);
         let model = Model {
             positions: &positions,
             normals: &[],
             colors: &[],
             surfaces: &surfaces,
             uvs: &uvs,
+            alphas: &alphas,
             sphere: self.sphere,
             exposure: 1.0,
         };
@@ -271,8 +272,11 @@ impl Drawn {
         self.vertices.extend(&piece.vertices);
     }
 
-    /// The known surface of each vertex, and the texture coordinates that it uses.
-    fn surfaces<'a>(&self, vertices: &'a LevelVertices) -> (Vec<Option<&'a Surface>>, Vec<Vec2>) {
+    /// The known surface of each vertex, the texture coordinates that it uses, and its alpha.
+    fn surfaces<'a>(
+        &self,
+        vertices: &'a LevelVertices,
+    ) -> (Vec<Option<&'a Surface>>, Vec<Vec2>, Vec<f32>) {
         if !vertices.has_known_opacity() {
             return Default::default();
         }
@@ -282,12 +286,14 @@ impl Drawn {
             .map(|&vertex| surface_of(vertex, vertices));
         let surfaces: Vec<Option<&Surface>> = of_vertices.collect();
         let rows = self.rows.chunks_exact(vertices.layout.width());
+        let alphas = rows.clone().filter_map(|row| vertices.layout.alpha_of(row));
+        let alphas = alphas.collect();
         let uvs = rows.zip(&surfaces).map(|(row, surface)| {
             let mapping = surface.and_then(Surface::mapping)?;
             vertices.layout.uv_of(row, mapping.uses_uvs_1)
         });
         let uvs = uvs.map(Option::unwrap_or_default).collect();
-        (surfaces, uvs)
+        (surfaces, uvs, alphas)
     }
 }
 

@@ -43,6 +43,8 @@ pub(crate) struct Model<'a> {
     /// surface of its first corner.
     pub(crate) surfaces: &'a [Option<&'a Surface>],
     pub(crate) uvs: &'a [Vec2],
+    /// Alpha of the vertex colours: one per position, or empty.
+    pub(crate) alphas: &'a [f32],
     /// The sphere that fits the picture.
     pub(crate) sphere: Sphere,
     /// Factor for vertex colours.
@@ -81,7 +83,11 @@ impl Model<'_> {
             raster.each_pixel(|index, shares, near| {
                 canvas.draw(index, near, || {
                     let tint = match surface {
-                        Some(surface) => surface.drawn_at(self.uv_at(triangle, shares))?,
+                        Some(surface) => {
+                            let alpha = self.alpha_at(triangle, shares);
+                            (surface.opacity_of_vertex(alpha) > 0.0).then_some(())?;
+                            surface.drawn_at(self.uv_at(triangle, shares))?
+                        }
                         None => Vec3::ONE,
                     };
                     let colors = colors
@@ -109,11 +115,8 @@ impl Model<'_> {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
-            if let Some(surface) = self.surface(triangle).filter(|s| !s.is_opaque()) {
-                let opacity = surface.opacity(self.uvs_of(triangle), raster.area());
-                raster.each_pixel(|index, shares, _| {
-                    clear[index] *= 1.0 - opacity(self.uv_at(triangle, shares));
-                });
+            if let Some(opacity) = self.opacity(triangle, raster.area()) {
+                raster.each_pixel(|index, shares, _| clear[index] *= 1.0 - opacity(shares));
                 continue;
             }
             let left = 1.0 - opacity(triangle);
@@ -135,8 +138,7 @@ impl Model<'_> {
             let Some(raster) = self.raster(triangle, view, side) else {
                 continue;
             };
-            let of_surface = self.surface(triangle).filter(|s| !s.is_opaque());
-            let at_uv = of_surface.map(|s| s.opacity(self.uvs_of(triangle), raster.area()));
+            let of_surface = self.opacity(triangle, raster.area());
             let whole = opacity(triangle);
             let own = (hash_of(at as u32) >> 32) as u32;
             raster.each_pixel(|index, shares, near| {
@@ -144,8 +146,8 @@ impl Model<'_> {
                     return;
                 }
                 // A half transparent triangle hides half of the pixels behind it, chosen by a hash per triangle.
-                let opacity = match &at_uv {
-                    Some(opacity) => opacity(self.uv_at(triangle, shares)),
+                let opacity = match &of_surface {
+                    Some(opacity) => opacity(shares),
                     None => whole,
                 };
                 if opacity >= 1.0 || random_unit(index as u32 ^ own) < opacity {
@@ -165,6 +167,25 @@ impl Model<'_> {
 
     fn surface(&self, triangle: &[u32; 3]) -> Option<&Surface> {
         *self.surfaces.get(triangle[0] as usize)?
+    }
+
+    /// A function from weights of the corners to the opacity of a triangle of `area_px` pixels. `None` if it is opaque
+    /// or unknown.
+    fn opacity(&self, triangle: &[u32; 3], area_px: f32) -> Option<impl Fn(Vec3) -> f32> {
+        let surface = self.surface(triangle)?;
+        let has_alpha = surface.uses_alpha() && !self.alphas.is_empty();
+        (has_alpha || !surface.is_opaque()).then(|| {
+            let (triangle, at_uv) = (*triangle, surface.opacity(self.uvs_of(triangle), area_px));
+            move |shares| {
+                let of_vertex = surface.opacity_of_vertex(self.alpha_at(&triangle, shares));
+                at_uv(self.uv_at(&triangle, shares)) * of_vertex
+            }
+        })
+    }
+
+    fn alpha_at(&self, triangle: &[u32; 3], shares: Vec3) -> f32 {
+        let alphas = triangle.map(|v| self.alphas.get(v as usize).copied().unwrap_or(1.0));
+        Vec3::from(alphas).dot(shares)
     }
 
     /// Texture coordinates of the corners.
@@ -386,6 +407,7 @@ mod tests {
             colors: &[],
             surfaces: &[],
             uvs: &[],
+            alphas: &[],
             sphere: Sphere {
                 center: Vec3::ZERO,
                 radius: 1.5,
@@ -423,6 +445,7 @@ mod tests {
                 colors: &[],
                 surfaces: &vec![surface; plane.positions.len()],
                 uvs: &plane.uvs,
+                alphas: &[],
                 sphere: Sphere::around(plane.positions.iter().copied()),
                 exposure: 1.0,
             };

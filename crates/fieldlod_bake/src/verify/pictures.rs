@@ -35,7 +35,12 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     let Some(frame) = Frame::of(subject) else {
         return Ok(());
     };
-    let source = subject.source_corners();
+    let visible = subject
+        .source_triangles()
+        .iter()
+        .zip(subject.source_corners());
+    let visible = visible.filter(|(triangle, _)| subject.is_visible(triangle));
+    let source: Vec<[Vec3; 3]> = visible.map(|(_, corners)| corners).collect();
     // Levels with pictures of the same size share the pictures of the source.
     let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
@@ -47,9 +52,8 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
         let of_source = frame.pictures(&source, side);
         let shares = levels.par_iter().map(|&(level, _)| {
             let drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
-            let corners = drawn
-                .iter()
-                .map(|triangle| subject.corners(triangle.corners));
+            let visible = drawn.iter().filter(|own| subject.is_visible(&own.corners));
+            let corners = visible.map(|triangle| subject.corners(triangle.corners));
             let of_level = frame.pictures(&corners.collect::<Vec<_>>(), side);
             (level, wrong_share(&of_source, &of_level, side))
         });

@@ -13,7 +13,6 @@ use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 const TRIANGLES_PER_TASK: usize = 512;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
-    subject.check_rounding()?;
     check_simplified_to_source(subject, verified)?;
     for level in 1..subject.hierarchy.level_count() {
         check_source_to_cut(subject, level, verified)?;
@@ -28,7 +27,7 @@ fn points_per_triangle(subject: &Subject<'_>, wanted: u32, triangles: usize) -> 
 }
 
 /// A distance as a share of the stated deviation, without rounding errors.
-pub(super) fn share_of_stated(distance: f32, stated: f32) -> f32 {
+fn share_of_stated(distance: f32, stated: f32) -> f32 {
     let beyond_rounding = (distance - ROUNDING).max(0.0);
     if beyond_rounding > 0.0 {
         beyond_rounding / stated

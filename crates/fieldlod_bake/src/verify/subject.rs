@@ -3,8 +3,7 @@
 use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 
-use super::report::{VerifyError, VerifySettings};
-use super::samples::share_of_stated;
+use super::report::VerifySettings;
 use crate::levels::vertices::power_of_two_below;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
@@ -82,19 +81,13 @@ impl<'a> Subject<'a> {
             .collect()
     }
 
-    /// Checks that groups state at least the rounding of the source: a cut may draw both.
-    pub(super) fn check_rounding(&self) -> Result<(), VerifyError> {
-        let stated = self
-            .hierarchy
-            .groups
-            .iter()
-            .map(|group| group.deviation_in_local);
-        let stated = stated.fold(f32::INFINITY, f32::min) * self.scaled_from_local;
-        let share = share_of_stated(self.rounding, stated);
-        if share > 1.0 + self.settings.tolerance {
-            return Err(VerifyError::SourceTooFar { level: 0, share });
-        }
-        Ok(())
+    /// Whether the alpha of vertex colours shows any part of a triangle.
+    pub(super) fn is_visible(&self, triangle: &[u32; 3]) -> bool {
+        let colors = &self.hierarchy.vertices.colors;
+        let surface = self.mesh.visible_surface().filter(|_| !colors.is_empty());
+        let is_shown =
+            |v: &u32| surface.is_none_or(|s| s.opacity_of_vertex(colors[*v as usize].w) > 0.0);
+        triangle.iter().any(is_shown)
     }
 
     /// The corners of a triangle in scaled units.

@@ -169,7 +169,7 @@ impl GltfFile {
             self.json["buffers"] = json!([{ "byteLength": self.binary.len() }]);
         }
         let (json, binary) = (self.json.clone(), self.binary.clone());
-        UnpackedGltf { json, binary }.to_glb()
+        UnpackedGltf { json, binary }.to_glb().unwrap()
     }
 
     /// Writes a `.gltf` file whose only buffer is at `uri`.

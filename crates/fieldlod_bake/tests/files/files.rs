@@ -217,7 +217,7 @@ fn unpacked_file_has_floats_in_one_buffer() {
     file.json["extensionsUsed"] = names;
     let packed = file.glb_bytes();
     let unpacked = unpack_gltf(&packed, &without_files).unwrap();
-    let [before, after] = [&packed, &unpacked.to_glb()]
+    let [before, after] = [&packed, &unpacked.to_glb().unwrap()]
         .map(|bytes| import_gltf(&file.write("a.glb", bytes)).unwrap().primitives);
     assert_eq!(before, after);
     let json = unpacked.json;

@@ -102,6 +102,56 @@ fn levels_of_plants_keep_their_covered_area() {
     }
 }
 
+/// The alpha of their vertices cuts out three quarters of the leaves.
+#[test]
+fn leaves_that_vertex_alpha_hides_do_not_count() {
+    let mut mesh = fixtures::cards(2_000, 3);
+    let alpha = |vertex: usize| f32::from(u8::from((vertex / 4).is_multiple_of(4)));
+    let colors = (0..mesh.positions.len()).map(|vertex| Vec4::ONE.with_w(alpha(vertex)));
+    mesh.colors = colors.collect();
+    let surface = Surface::new(Vec4::ONE, SurfaceAlpha::Mask { cutoff: 0.5 });
+    mesh.surface = Some(Arc::new(surface));
+    let hierarchy = bake(&mesh);
+    verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
+    let colors = &hierarchy.vertices.colors;
+    let visible = |mut triangles: Vec<[u32; 3]>| {
+        triangles.retain(|triangle| triangle.iter().all(|v| colors[*v as usize].w >= 0.5));
+        covered(&hierarchy, &triangles, |_| true)
+    };
+    let levels = levels(&hierarchy).into_iter();
+    let areas: Vec<f32> = levels.filter(|own| own.len() > 100).map(visible).collect();
+    assert!(areas.len() > 3, "{areas:?}");
+    for area in &areas {
+        assert!((0.85..1.15).contains(&(area / areas[0])), "{areas:?}");
+    }
+}
+
+/// Renderers blend triangles in their order: the inner shell first.
+#[test]
+fn blended_levels_keep_the_order_of_triangles() {
+    let mut mesh = fixtures::shells(4, 3);
+    let surface = Surface::new(Vec4::new(1.0, 1.0, 1.0, 0.2), SurfaceAlpha::Blend);
+    mesh.surface = Some(Arc::new(surface));
+    let hierarchy = bake(&mesh);
+    verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
+    let levels = levels(&hierarchy);
+    assert!(levels.len() > 3, "{}", levels.len());
+    let sorted = |mut triangle: [u32; 3]| {
+        triangle.sort_unstable();
+        triangle
+    };
+    let source = mesh.indices.as_chunks().0.iter().copied();
+    assert!(source.map(sorted).eq(levels[0].iter().copied().map(sorted)));
+    // Coarser shells are too far from round to be told apart by their radius.
+    for triangles in levels.iter().filter(|triangles| triangles.len() > 200) {
+        let shell = |triangle: &[u32; 3]| {
+            let radius = hierarchy.vertices.positions[triangle[0] as usize].length();
+            (radius * 4.0).round() as u32
+        };
+        assert!(triangles.is_sorted_by_key(shell));
+    }
+}
+
 fn untextured(mut mesh: SourceMesh) -> SourceMesh {
     mesh.uvs.clear();
     mesh

@@ -6,7 +6,7 @@ use fieldlod_bake::{
     BakeConfig, MeshError, SourceMesh, VerifyError, VerifySettings, bake_mesh, fixtures, verify,
 };
 use fieldlod_hierarchy::Hierarchy;
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 fn meshes() -> Vec<(&'static str, SourceMesh)> {
     vec![
@@ -19,11 +19,38 @@ fn meshes() -> Vec<(&'static str, SourceMesh)> {
         // The bake samples meshes of more than 32,768 triangles less densely.
         ("large height field", fixtures::height_field(140)),
         ("islands", fixtures::islands(1_000)),
+        ("open room", open_room(72)),
         (
             "flat-shaded rock",
             fixtures::rock(3, 2).without_shared_vertices(),
         ),
     ]
+}
+
+/// A scan of a room from inside: a floor and four walls with clutter, without a ceiling, and with holes.
+fn open_room(cells: u32) -> SourceMesh {
+    let waves = |p: Vec3| (p.x * 15.1).sin() * (p.y * 17.3 + 1.0).sin() * (p.z * 16.1).cos();
+    let turns = [Quat::from_rotation_x, Quat::from_rotation_z]
+        .map(|turn| [turn(PI / 2.0), turn(-PI / 2.0)]);
+    let sides = [&[Quat::IDENTITY], turns.as_flattened()].concat();
+    let side = |turn: &Quat| {
+        let mut side = fixtures::plane(cells);
+        side.uvs.clear();
+        for position in &mut side.positions {
+            let place = *turn * (*position - 0.5) + 0.5;
+            let clutter = if waves(place) > 0.3 {
+                0.08
+            } else {
+                0.004 * waves(place * 7.0)
+            };
+            *position = place + *turn * Vec3::Y * clutter;
+        }
+        let triangles = side.indices.as_chunks::<3>().0.iter();
+        let is_seen = |t: &&[u32; 3]| waves(side.positions[t[0] as usize] * 0.7) < 0.4;
+        side.indices = triangles.filter(is_seen).flatten().copied().collect();
+        fixtures::with_smooth_normals(side)
+    };
+    fixtures::joined(&sides.iter().map(side).collect::<Vec<_>>())
 }
 
 #[test]

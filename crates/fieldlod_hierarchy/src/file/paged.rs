@@ -14,6 +14,7 @@
 mod partition;
 mod table;
 
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::contents::BakedFile;
@@ -22,8 +23,11 @@ use super::error::FileError;
 use super::in_file_order;
 use super::layout::{self, Counts, Entry, SectionEntry};
 use super::reader::Reader;
+use crate::file::vertices::attributes::{Attributes, from_rows, to_rows};
 use crate::file::vertices::quantize::Precision;
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::Hierarchy;
+use crate::vertices::Vertices;
 
 /// Options of writing a `.fieldpages` file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,6 +198,83 @@ impl PagedMesh {
         let read = decoder.finish()?.hierarchy;
         self.check_page(page, &read)?;
         Ok(read)
+    }
+
+    /// Decodes a page from the bytes of the whole file, as [`read_page`](Self::read_page).
+    ///
+    /// # Errors
+    /// A [`FileError`] if the file is truncated, or the bytes are not this page.
+    pub fn read_page_of(&self, page: usize, file: &[u8]) -> Result<Hierarchy, FileError> {
+        let Range { start, end } = self.pages[page].bytes;
+        let bytes = file.get(start as usize..end as usize);
+        let bytes = bytes.ok_or(FileError::Truncated {
+            what: "the file",
+            needed: end,
+            available: file.len() as u64,
+        })?;
+        self.read_page(page, bytes)
+    }
+
+    /// Decodes all pages from the bytes of the whole file. `source` holds the vertices of the mesh with the hash of the
+    /// graph. The hierarchy has these vertices as the file rounds them. Pages do not tell equal source vertices apart:
+    /// triangles use the first one. The second result has the first equal vertex of each source vertex.
+    ///
+    /// # Errors
+    /// A [`FileError`] if the bytes are not those of the file, or if `source` has other attributes.
+    pub fn read_all(
+        &self,
+        file: &[u8],
+        source: &Vertices,
+    ) -> Result<(Hierarchy, Vec<u32>), FileError> {
+        let (grids, attributes) = (self.entry.grids(), self.entry.attributes);
+        if Attributes::of(source).bits != attributes.bits {
+            let what = "the vertices of another source";
+            return Err(FileError::Corrupt { what });
+        }
+        let all: Vec<u32> = (0..source.positions.len() as u32).collect();
+        let rounded = from_rows(&to_rows(source, grids), attributes, grids, &all);
+        let mut all_rows = to_rows(&rounded, grids);
+        let mut places: HashMap<Vec<u32>, u32> = HashMap::new();
+        let first = |&vertex: &u32| {
+            *places
+                .entry(all_rows.row(vertex).to_vec())
+                .or_insert(vertex)
+        };
+        let firsts = all.iter().map(first).collect();
+        let mut count = all.len() as u32;
+        let mut whole = Hierarchy {
+            source: self.graph.source,
+            source_vertex_count: count,
+            ..Hierarchy::default()
+        };
+        let pages = (0..self.pages.len()).map(|page| self.read_page_of(page, file));
+        let pages: Vec<Hierarchy> = pages.collect::<Result<_, _>>()?;
+        let rows = pages.iter().map(|page| to_rows(&page.vertices, grids));
+        let rows: Vec<Rows> = rows.collect();
+        for (index, group) in (0..).zip(&self.graph.groups) {
+            let number = self.page_of(index) as usize;
+            let at = self.groups_of(number).partition_point(|&own| own < index);
+            let page = &pages[number];
+            for (unit, own) in group.units().zip(&page.units[page.groups[at].units()]) {
+                let vertices = page.vertices_of(own).iter().map(|&vertex| {
+                    let row = rows[number].row(vertex);
+                    let place = *places.entry(row.to_vec()).or_insert(count);
+                    if place == count {
+                        all_rows.push(row);
+                        count += 1;
+                    }
+                    place
+                });
+                let vertices: Vec<u32> = vertices.collect();
+                let produced_by = self.graph.units[unit].produced_by;
+                let indices = page.indices_of(own).iter().copied();
+                whole.push_unit(produced_by, own.aabb, vertices, indices);
+            }
+            whole.push_group(*group, self.graph.finer_groups(group).iter().copied());
+        }
+        let all: Vec<u32> = (0..count).collect();
+        whole.vertices = from_rows(&all_rows, attributes, grids, &all);
+        Ok((whole, firsts))
     }
 
     /// The directory entry of a `.fieldlod` file that holds only this page.

@@ -85,6 +85,10 @@ impl AttributeLayout {
         self.weights.len()
     }
 
+    pub(crate) fn has_colors(&self) -> bool {
+        self.color.is_some()
+    }
+
     pub(crate) fn has_uvs(&self) -> bool {
         self.uv.is_some() || self.uv_1.is_some()
     }
@@ -97,6 +101,11 @@ impl AttributeLayout {
             (self.uv?, self.uv_scale)
         };
         Some(scale.unscaled(Vec2::from_slice(&row[at..])))
+    }
+
+    /// Alpha of the colour of a row.
+    pub(crate) fn alpha_of(&self, row: &[f32]) -> Option<f32> {
+        self.color.map(|at| row[at + 3])
     }
 
     /// Rows of all vertices of `mesh`.

@@ -98,7 +98,7 @@ impl LevelVertices {
 
     /// Whether the opacity of some triangles is known.
     pub(crate) fn has_known_opacity(&self) -> bool {
-        self.layout.has_uvs() && self.surfaces.any_known()
+        (self.layout.has_uvs() || self.layout.has_colors()) && self.surfaces.any_known()
     }
 
     /// Whether pictures measure how torn textures look: surfaces are known, and the mesh is small enough to be drawn.

@@ -63,7 +63,7 @@ struct Spawned(usize);
 #[test]
 fn teleporting_camera_leaves_few_units() {
     let wanted = std::env::var("FIELDLOD_TELEPORTED_UNITS");
-    let wanted = wanted.map_or(20_000, |wanted| wanted.parse().unwrap());
+    let wanted = wanted.map_or(10_000, |wanted| wanted.parse().unwrap());
     let mut app = app();
     app.init_resource::<Spawned>();
     app.add_observer(|_: On<Add, LodUnit>, mut spawned: ResMut<Spawned>| spawned.0 += 1);

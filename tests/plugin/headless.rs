@@ -7,9 +7,12 @@ use std::path::Path;
 use std::sync::{Mutex, Once};
 use std::time::{Duration, Instant};
 
-use bevy::camera::CameraPlugin;
 use bevy::camera::visibility::VisibleEntities;
+use bevy::camera::{CameraPlugin, CameraUpdateSystems};
+use bevy::ecs::schedule::SingleThreadedExecutor;
 use bevy::ecs::system::RunSystemOnce;
+use bevy::gizmos::GizmoPlugin;
+use bevy::light::LightPlugin;
 use bevy::log::tracing::field::{Field, Visit};
 use bevy::log::tracing::{Event, Level, Subscriber};
 use bevy::log::tracing_subscriber::layer::{Context, SubscriberExt};
@@ -17,6 +20,9 @@ use bevy::log::tracing_subscriber::util::SubscriberInitExt;
 use bevy::log::tracing_subscriber::{Layer, registry};
 use bevy::mesh::MeshPlugin;
 use bevy::prelude::*;
+use bevy::render::camera::camera_system;
+use bevy::render::texture::ManualTextureViews;
+use bevy::window::ExitCondition;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodOrigin, LodUnit};
 use fieldlod_tests::apps::{self, bevy_mesh, finish, rendererless};
@@ -81,16 +87,48 @@ pub(crate) fn unfinished_in(mut app: App, assets: AssetPlugin) -> App {
 
 /// An app with only those plugins of Bevy that `FieldLodPlugin` needs. Frames take less time than those of [`app`].
 pub(crate) fn minimal_app() -> App {
+    let mut app = minimal(AssetPlugin::default());
+    finish(&mut app);
+    app
+}
+
+/// [`minimal_app`] with the folder of assets, materials, and the bakes of other tests. Cameras may lose components: with
+/// Bevy's render plugins and without a renderer, that panics in Bevy 0.19.1.
+pub(crate) fn app_without_render_plugins(folder: &Path) -> App {
+    let mut app = minimal(AssetPlugin {
+        file_path: folder.display().to_string(),
+        ..default()
+    });
+    let no_window = WindowPlugin {
+        primary_window: None,
+        exit_condition: ExitCondition::DontExit,
+        ..default()
+    };
+    app.add_plugins((no_window, ImagePlugin::default(), GizmoPlugin, LightPlugin))
+        .init_asset::<StandardMaterial>()
+        .init_resource::<ManualTextureViews>()
+        .add_systems(PostUpdate, camera_system.in_set(CameraUpdateSystems));
+    finish(&mut app);
+    share_bakes(&mut app);
+    // Threads cost more than they save in small worlds.
+    let mut schedules = app.world_mut().resource_mut::<Schedules>();
+    for (_, schedule) in schedules.iter_mut() {
+        schedule.set_executor(SingleThreadedExecutor::new());
+    }
+    app
+}
+
+/// [`minimal_app`], to which more plugins can be added before [`finish`].
+fn minimal(assets: AssetPlugin) -> App {
     let mut app = App::new();
     app.add_plugins((
         MinimalPlugins,
-        AssetPlugin::default(),
+        assets,
         TransformPlugin,
         MeshPlugin,
         CameraPlugin,
     ));
     add_plugin(&mut app);
-    finish(&mut app);
     app
 }
 

@@ -21,6 +21,7 @@ mod gpu_culling;
 mod holes;
 mod motion;
 mod picture;
+mod soak;
 mod sources;
 mod stock;
 mod streamed;

@@ -240,3 +240,53 @@ fn main_world_source_is_drawn_and_hit() {
         stage.app.world_mut().despawn(object);
     }
 }
+
+#[test]
+fn reinserted_mesh_is_drawn() {
+    for mut stage in Stage::with_each_culling() {
+        let white = stage.add(StandardMaterial {
+            unlit: true,
+            ..Color::WHITE.into()
+        });
+        let mut spawn = |subdivisions, x| {
+            let mesh = stage.add(bevy_mesh(&fieldlod_tests::rock(subdivisions, 5)));
+            let material = MeshMaterial3d(white.clone());
+            let place = Transform::from_xyz(x, 0.0, 0.0);
+            stage.spawn((Mesh3d(mesh), material, place, AutoLod::default()))
+        };
+        let rocks = [spawn(3, -1.2), spawn(5, 1.2)];
+        let pose = Transform::from_xyz(0.0, 0.0, 6.0);
+        let eye = stage.add_eye(pose, css::SKY_BLUE.into(), FieldLodCamera::default());
+        stage.run_until_ready();
+        let [before] = stage.shoot([&eye]);
+        for frames in [0, 1, 3] {
+            for rock in rocks {
+                let mesh = stage.app.world_mut().entity_mut(rock).take::<Mesh3d>();
+                (0..frames).for_each(|_| stage.app.update());
+                stage.insert(rock, mesh.unwrap());
+            }
+            (0..3).for_each(|_| stage.app.update());
+            stage.run_until_ready();
+            let [after] = stage.shoot([&eye]);
+            assert_eq!(count_beyond(&before, &after, 2), 0, "after {frames} frames");
+        }
+    }
+}
+
+/// Bevy draws a mesh that a game has removed from `Assets<Mesh>` as long as a handle exists.
+#[test]
+fn mesh_removed_from_assets_is_drawn() {
+    let Some(mut show) = Show::new(true) else {
+        return;
+    };
+    let full = FieldLodCamera::at_level(0);
+    show.stage.insert(show.eye.entity, full);
+    let [before] = show.stage.shoot([&show.eye]);
+    show.stage.insert(show.eye.entity, FieldLodCamera::low());
+    show.wait();
+    let mut meshes = show.stage.app.world_mut().resource_mut::<Assets<Mesh>>();
+    assert!(meshes.remove(&show.mesh).is_some());
+    (0..4).for_each(|_| show.stage.app.update());
+    let [after] = show.stage.shoot([&show.eye]);
+    assert_eq!(count_beyond(&before, &after, 2), 0);
+}

@@ -66,8 +66,7 @@ fn grow_bar(
     time: Res<Time<Real>>,
 ) {
     bar.width = percent(100.0 * progress.share_done());
-    // In the first frames, no mesh is ready and none is waiting.
-    if progress.ready > 0 && progress.waiting == 0 {
+    if progress.share_done() == 1.0 {
         info!("ready after {:.1} s", time.elapsed_secs());
         commands.entity(*screen).despawn();
         commands.insert_resource(LodPriority::Background);

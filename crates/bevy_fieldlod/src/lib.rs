@@ -46,8 +46,8 @@
 //!   culls, the plugin updates the lists of the render world as cuts change; otherwise it filters the lists of Bevy's
 //!   culling.
 //!
-//! The standard renderer draws all of them with the material of their mesh, of any type. The plugin needs no shader and
-//! no special hardware. [`FieldLodSystems`] names the phases of a frame.
+//! The standard renderer draws all of them with the material of their mesh, of any type. The plugin needs no special
+//! hardware and no shader; only the debug view has one. [`FieldLodSystems`] names the phases of a frame.
 //!
 //! Errors are measured in pixels by the camera-sampling field (Lin and Lee, 2004). It accounts for field of view,
 //! resolution, scale and position in the image.
@@ -93,7 +93,7 @@ pub use api::auto_lod::{AutoLod, NoLod};
 pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory, LodPriority};
 pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
-pub use api::settings::FieldLodCamera;
+pub use api::settings::{AdvancedCamera, FieldLodCamera};
 pub use api::stats::{FieldLodProgress, FieldLodViewStats};
 pub use api::systems::FieldLodSystems;
 pub use assets::baked_lods::BakedLods;
@@ -117,10 +117,10 @@ pub mod prelude {
     #[cfg(feature = "debug")]
     pub use crate::FieldLodDebug;
     pub use crate::{
-        AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt, FieldLodCamera, FieldLodEvent,
-        FieldLodMemory, FieldLodPlugin, FieldLodProgress, FieldLodViewStats, FieldLodVisibleFlux,
-        LodFailed, LodKind, LodLevels, LodMemory, LodMesh3d, LodPriority, LodReady, LodState,
-        NoLod,
+        AdvancedAppConfig, AdvancedCamera, AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt,
+        FieldLodCamera, FieldLodEvent, FieldLodMemory, FieldLodPlugin, FieldLodProgress,
+        FieldLodViewStats, FieldLodVisibleFlux, LodFailed, LodKind, LodLevels, LodMemory,
+        LodMesh3d, LodPriority, LodReady, LodState, NoLod,
     };
 }
 

@@ -28,6 +28,7 @@
 //!
 //! Bounds of the criterion save most evaluations, and must change with it: [`limits`] (of a level),
 //! [`error_bounds`] and `select/bounds_test.rs` (of many groups), and `select/limits/keep_test.rs` (of whole instances).
+//! The field's bounds over a sphere are those of `bounds.rs` in `camera_field`, for eight spheres at once.
 //! `tests/matches_naive.rs` compares the result with the criterion.
 
 pub(crate) mod error_bounds;

@@ -10,7 +10,8 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_hierarchy::{BakedFile, FileError};
 
 use crate::headless::{
-    add, app, logged, minimal_app, origins, progress, ready, rock, run_until, spawn_object,
+    add, app, logged, logged_times, minimal_app, origins, progress, ready, rock, run_until,
+    spawn_object,
 };
 
 /// The origin of the levels of a rock in an app with this cache.
@@ -138,10 +139,13 @@ fn disabled_bake_reads_cache_only() {
 #[test]
 fn unused_levels_are_dropped_if_cached() {
     let folder = tempfile::tempdir().unwrap();
-    for is_cached in [true, false] {
+    let file = folder.path().join("no-folder");
+    fs::write(&file, "").unwrap();
+    let caches = [Some(folder.path().join("bakes")), None, Some(file)];
+    for (cache, is_cached) in caches.into_iter().zip([true, false, false]) {
         let mut app = minimal_app();
         let mut config = app.world_mut().resource_mut::<FieldLodAppConfig>();
-        config.cache_folder = is_cached.then(|| folder.path().into());
+        config.cache_folder = cache;
         app.update();
         let bare = app.world().resource::<Assets<Mesh>>().len();
         let mesh = add(&mut app, rock(4, 1));
@@ -163,4 +167,5 @@ fn unused_levels_are_dropped_if_cached() {
         assert_eq!(app.world().resource::<Assets<Mesh>>().len(), all);
         assert_eq!(origins(&app).len(), 1 + usize::from(is_cached));
     }
+    assert_eq!(logged_times(Level::WARN, &["no-folder"]), 1);
 }

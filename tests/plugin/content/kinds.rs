@@ -20,6 +20,46 @@ fn small_meshes_stay_plain() {
 }
 
 #[test]
+fn objects_without_area_are_not_counted() {
+    for subdivisions in [4, 5] {
+        let (mut app, camera, object) = before_a_camera(subdivisions, 40.0);
+        let counts = |app: &App| {
+            let stats = stats(app, camera);
+            (
+                stats.triangles_drawn,
+                stats.triangles_full,
+                stats.units_drawn,
+            )
+        };
+        let before = counts(&app);
+        let mut counts_at = |place: Transform| {
+            insert(&mut app, object, place);
+            app.update();
+            counts(&app)
+        };
+        let nowhere = Vec3::new(0.0, f32::NAN, 0.0);
+        for nothing in [
+            Transform::from_scale(Vec3::ZERO),
+            Transform::from_scale(Vec3::X),
+            Transform::from_scale(nowhere),
+            Transform::from_translation(nowhere),
+            Transform::from_translation(Vec3::splat(f32::INFINITY)),
+        ] {
+            assert_eq!(counts_at(nothing), (0, 0, 0), "{nothing:?}");
+            assert_eq!(counts_at(Transform::default()), before);
+        }
+        // A flat object has an area.
+        assert!(counts_at(Transform::from_scale(Vec3::new(1.0, 1.0, 0.0))).0 > 0);
+        let mesh = app.world().get::<Mesh3d>(object).unwrap().clone();
+        app.world_mut().despawn(object);
+        let new = (mesh, AutoLod::default(), Transform::from_scale(Vec3::ZERO));
+        app.world_mut().spawn(new);
+        ready(&mut app, 1);
+        assert_eq!(counts(&app), (0, 0, 0));
+    }
+}
+
+#[test]
 fn prop_is_one_entity_with_one_level() {
     let mut app = app();
     let camera = spawn_camera(&mut app, 1000.0);

@@ -13,20 +13,24 @@ use crate::headless::{
 };
 
 /// Checks that `mesh` stays plain and visible, and that an event reports the failure. A log line at `level` must have
-/// the mesh's id and all of `words`.
+/// the name of the object and all of `words`.
 fn rejects(mesh: Mesh, level: Level, words: &[&str]) {
     let mut app = app();
     let camera = spawn_camera(&mut app, 10.0);
     let object = spawn_object(&mut app, mesh);
+    let name = format!("the rock with {}", words[0]);
+    let named = Name::new(name.clone());
+    app.world_mut()
+        .spawn((Transform::default(), named))
+        .add_child(object);
     run_until(&mut app, "the mesh is plain", |app| {
         progress(app).plain == 1
     });
     app.update();
     assert_eq!(visible(&app, camera), [object]);
     let rejected = app.world().get::<Mesh3d>(object).unwrap().id();
-    let id = rejected.to_string();
-    let words: Vec<&str> = words.iter().copied().chain([id.as_str()]).collect();
-    assert!(logged(level, &words), "{words:?}");
+    let words = [words, &[&name, "drawing the source mesh"]].concat();
+    assert_eq!(logged_times(level, &words), 1, "{words:?}");
     let failed = |event: &FieldLodEvent| matches!(event, FieldLodEvent::Failed { mesh, .. } if *mesh == rejected);
     assert!(app.world().resource::<Events>().0.iter().any(failed));
 }

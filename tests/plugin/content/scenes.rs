@@ -136,6 +136,32 @@ fn file_matches_meshes_loaded_by_bevy() {
 /// A faulty file that [`AutoLod`] names is an error. A faulty file beside the asset is a warning, and the mesh is
 /// baked.
 #[test]
+fn progress_counts_scenes_that_are_loaded() {
+    let mut file = one_rock(4, 1);
+    file.glb();
+    let mut app = app_in(file.folder());
+    for file in ["mesh.glb", "missing.glb"] {
+        let assets = app.world().resource::<AssetServer>();
+        let scene = assets.load(GltfAssetLabel::Scene(0).from_asset(file));
+        let root = (WorldAssetRoot(scene), AutoLod::default());
+        app.world_mut().spawn(root);
+    }
+    app.update();
+    assert_eq!(progress(&app).loading, 2);
+    let mut last = 0.0;
+    run_until(&mut app, "all is done", |app| {
+        let progress = progress(app);
+        let share = progress.share_done();
+        assert!(share >= last, "{share} after {last}");
+        last = share;
+        // A scene that cannot be loaded counts no longer.
+        let is_done = progress.ready == 1 && progress.loading == 0;
+        assert_eq!(share == 1.0, is_done, "{progress:?}");
+        is_done
+    });
+}
+
+#[test]
 fn faulty_files_are_logged() {
     let mut file = two_rocks();
     let stale = bake(&one_rock(4, 10).glb());

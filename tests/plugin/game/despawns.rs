@@ -7,8 +7,8 @@ use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
 
 use crate::headless::{
-    add, app, app_with, before_a_camera, entity_count, ready, rock, run_until, spawn_camera,
-    spawn_rock, units, visible,
+    add, app, app_with, before_a_camera, entity_count, insert, move_camera, ready, rock, run_until,
+    spawn_camera, spawn_rock, stats, units, visible,
 };
 
 /// Whether all objects and units are despawned in the next frame.
@@ -53,6 +53,46 @@ fn despawn_in_any_phase_does_not_panic() {
             assert!(units(&mut app).is_empty());
         }
     }
+}
+
+/// Units that were spawned so far.
+#[derive(Resource, Default)]
+struct Spawned(usize);
+
+/// `FIELDLOD_TELEPORTED_UNITS` sets another number of units, for long runs by hand.
+#[test]
+fn teleporting_camera_leaves_few_units() {
+    let wanted = std::env::var("FIELDLOD_TELEPORTED_UNITS");
+    let wanted = wanted.map_or(10_000, |wanted| wanted.parse().unwrap());
+    let mut app = app();
+    app.init_resource::<Spawned>();
+    app.add_observer(|_: On<Add, LodUnit>, mut spawned: ResMut<Spawned>| spawned.0 += 1);
+    let camera = spawn_camera(&mut app, 0.0);
+    insert(&mut app, camera, FieldLodCamera::with_error_px(0.05));
+    let mesh = Mesh3d(add(&mut app, rock(6, 1)));
+    for place in 0..100u8 {
+        let at = Transform::from_xyz(0.0, 0.0, -1_000.0 * f32::from(place));
+        let clusters = AutoLod::of_kind(LodKind::Clusters);
+        app.world_mut().spawn((mesh.clone(), at, clusters));
+    }
+    ready(&mut app, 100);
+    let mut most = 0;
+    for frame in 0u16.. {
+        if app.world().resource::<Spawned>().0 >= wanted {
+            break;
+        }
+        let at = -1_000.0 * f32::from(frame % 100) + 3.0;
+        move_camera(&mut app, camera, at);
+        let drawn = stats(&app, camera).units_drawn as usize;
+        let units = units(&mut app).len();
+        // As many idle units as are drawn, and 1,024.
+        assert!(
+            units <= 2 * drawn + 1_024,
+            "{units} for {drawn} in frame {frame}"
+        );
+        most = most.max(units);
+    }
+    assert!(most > 1_024, "{most}");
 }
 
 #[test]

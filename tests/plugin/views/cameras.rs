@@ -1,10 +1,11 @@
 //! Cuts of all kinds of cameras, and shadows of lights.
 
+use std::path::Path;
+
 use bevy::camera::visibility::{
     CascadesVisibleEntities, CubemapVisibleEntities, RenderLayers, VisibilityRange,
     VisibleMeshEntities,
 };
-
 use bevy::camera::{
     CameraProjection, RenderTarget, ScalingMode, ShadowLodOrigin, SubCameraView, Viewport,
 };
@@ -14,10 +15,11 @@ use bevy::prelude::*;
 use bevy::window::{WindowRef, WindowResolution};
 use bevy_fieldlod::LodUnit;
 use bevy_fieldlod::prelude::*;
+use fieldlod_tests::soak::{self, LOSSES};
 
 use crate::headless::{
-    IDLE_FRAMES, app, before_a_camera, insert, level, levels, move_camera, ready, spawn_camera,
-    spawn_rock, spawn_sun, stats, units, visible,
+    IDLE_FRAMES, add, app, app_without_render_plugins, before_a_camera, insert, level, levels,
+    move_camera, ready, rock, spawn_camera, spawn_rock, spawn_sun, stats, units, visible,
 };
 
 fn drawn(app: &App, camera: Entity) -> u64 {
@@ -367,6 +369,90 @@ fn camera_without_pixels_is_ignored() {
 fn units_in_use(app: &mut App) -> usize {
     (0..IDLE_FRAMES).for_each(|_| app.update());
     units(app).len()
+}
+
+/// An app with a rock at the origin, and a camera at a distance from it.
+fn before_a_losing_camera(subdivisions: u32, distance: f32) -> (App, Entity, Entity) {
+    let mut app = app_without_render_plugins(Path::new("."));
+    let camera = spawn_losing_camera(&mut app, distance);
+    let rock = spawn_rock(&mut app, subdivisions);
+    ready(&mut app, 1);
+    (app, camera, rock)
+}
+
+fn spawn_losing_camera(app: &mut App, distance: f32) -> Entity {
+    let pose = Transform::from_xyz(0.0, 0.0, distance);
+    let camera = app.world_mut().spawn(pose).id();
+    restore_camera(app, camera);
+    camera
+}
+
+fn restore_camera(app: &mut App, camera: Entity) {
+    soak::restore_camera(
+        &mut app.world_mut().entity_mut(camera),
+        UVec2::new(1280, 720),
+    );
+}
+
+#[test]
+fn camera_without_its_components_is_no_view() {
+    for subdivisions in [4, 5] {
+        let (mut app, far, rock) = before_a_losing_camera(subdivisions, 300.0);
+        let alone = (levels(&mut app, rock, far), units_in_use(&mut app));
+        for (index, loss) in LOSSES.iter().enumerate() {
+            let near = spawn_losing_camera(&mut app, 2.0);
+            app.update();
+            assert!(drawn(&app, near) > 2 * drawn(&app, far));
+            loss(&mut app.world_mut().entity_mut(near));
+            app.update();
+            assert_eq!(levels(&mut app, rock, far), alone.0, "{index}");
+            assert_eq!(levels(&mut app, rock, near), None, "{index}");
+            assert_eq!(units_in_use(&mut app), alone.1, "{index}");
+            restore_camera(&mut app, near);
+            app.update();
+            assert!(drawn(&app, near) > 2 * drawn(&app, far), "{index}");
+            app.world_mut().despawn(near);
+            app.update();
+        }
+    }
+}
+
+/// A program that ran earlier in a game replaced all meshes while no camera was there.
+#[test]
+fn returning_camera_draws_meshes_with_reused_ids() {
+    for (index, loss) in LOSSES.iter().enumerate().step_by(LOSSES.len() - 1) {
+        let (mut app, camera, _) = before_a_losing_camera(5, 150.0);
+        let mut spawn = |subdivisions| {
+            let mesh = Mesh3d(add(&mut app, rock(subdivisions, 1)));
+            let whole = AutoLod::of_kind(LodKind::WholeMesh);
+            app.world_mut().spawn((mesh, whole)).id()
+        };
+        let rocks = [spawn(6), spawn(5)];
+        ready(&mut app, 3);
+        app.update();
+        assert!(level(&mut app, rocks[0], camera) > Some(5));
+        loss(&mut app.world_mut().entity_mut(camera));
+        app.update();
+        let mut objects = app.world_mut().query_filtered::<Entity, With<AutoLod>>();
+        let objects: Vec<Entity> = objects.iter(app.world()).collect();
+        objects.into_iter().for_each(|object| {
+            app.world_mut().despawn(object);
+        });
+        (0..4).for_each(|_| app.update());
+        let others = [1, 2, 3].map(|seed| {
+            let mesh = Mesh3d(add(&mut app, rock(3, seed)));
+            app.world_mut().spawn((mesh, AutoLod::default())).id()
+        });
+        ready(&mut app, 3);
+        restore_camera(&mut app, camera);
+        (0..2).for_each(|_| app.update());
+        let stats = stats(&app, camera);
+        assert_eq!(stats.units_drawn, 3, "{index}");
+        assert!(stats.triangles_drawn < stats.triangles_full, "{index}");
+        for other in others {
+            assert!(level(&mut app, other, camera).is_some(), "{index}");
+        }
+    }
 }
 
 #[test]

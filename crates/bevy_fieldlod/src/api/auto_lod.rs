@@ -81,6 +81,15 @@ impl AutoLod {
         }
     }
 
+    /// Whether [`request`](Self::request) is the same, without a copy.
+    pub(crate) fn is_same_request(&self, other: &Self) -> bool {
+        #[cfg(feature = "bake")]
+        let is_same_bake = self.bake == other.bake;
+        #[cfg(not(feature = "bake"))]
+        let is_same_bake = true;
+        is_same_bake && self.baked == other.baked && self.kind == other.kind
+    }
+
     /// Without the bias, which does not affect preparation. Entities with equal requests share levels.
     pub(crate) fn request(&self) -> Self {
         Self {

@@ -203,12 +203,7 @@ impl LodError {
 }
 
 impl FieldLodEvent {
-    /// Logs a failure and returns its message. Unsupported meshes are logged elsewhere, with the name of their entity.
     pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
-        if !error.is_unsupported() {
-            let name = asset_name(assets, mesh);
-            error!("could not prepare {name}: {error}; drawing the source mesh");
-        }
         let path = asset_path(assets, mesh);
         Self::Failed { mesh, path, error }
     }

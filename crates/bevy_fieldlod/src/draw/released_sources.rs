@@ -44,6 +44,11 @@ impl ReleasedSources {
         self.is_stale |= self.contains(mesh);
     }
 
+    /// Whether a mesh is not on the GPU.
+    pub(crate) fn is_released(&self, mesh: AssetId<Mesh>) -> bool {
+        self.released.contains(&mesh)
+    }
+
     fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         self.released.contains(&mesh) || self.shared.contains(&mesh)
     }

@@ -196,13 +196,19 @@ fn spawn_unit(world: &mut World, spawn: UnitSpawn) -> Option<Entity> {
 /// Frames that the entity of a unit outlives the last view that drew it: a second at 60 frames per second. With fewer,
 /// a camera that turns back spawns its units again; with more, more idle entities and meshes exist.
 const IDLE_FRAMES: u32 = 60;
-/// Largest number of units that are despawned in a frame. After a fast turn, thousands become idle together. With more,
-/// a frame takes longer; with fewer, idle units exist longer.
+/// Largest number of units that are despawned in a frame because of their age. After a fast turn, thousands become idle
+/// together. With more, a frame takes longer; with fewer, idle units exist longer.
 const MOST_DESPAWNED: usize = 256;
+/// Number of idle units, in addition to as many as are drawn, above which the oldest are despawned at once. A camera
+/// that flies fast or teleports leaves more units in each frame than [`MOST_DESPAWNED`], and would let entities grow
+/// without bound. With fewer, a small scene spawns units again after each turn.
+const SPARE_IDLE: usize = 1024;
 
-/// Despawns units that no view has drawn for [`IDLE_FRAMES`].
+/// Despawns units that no view has drawn for [`IDLE_FRAMES`], or that are too many.
 fn despawn_idle_units(mut scene: ResMut<LodScene>, mut commands: Commands) {
-    for unit in scene.take_idle_units(IDLE_FRAMES, MOST_DESPAWNED) {
+    let (drawn, _) = scene.records.drawn_and_idle();
+    let most_idle = drawn + SPARE_IDLE;
+    for unit in scene.take_idle_units(IDLE_FRAMES, MOST_DESPAWNED, most_idle) {
         commands.entity(unit).try_despawn();
     }
 }

@@ -2,7 +2,7 @@
 //! drawn with meshes missing.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, Weak};
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
@@ -22,10 +22,10 @@ pub(crate) struct UploadQueue {
     is_lost: Arc<AtomicBool>,
 }
 
-/// Meshes that are drawn together.
+/// Meshes that are drawn together. The queue keeps none of them alive.
 struct SentMeshes {
-    meshes: Vec<Handle<Mesh>>,
-    uploaded: Arc<AtomicBool>,
+    meshes: Vec<AssetId<Mesh>>,
+    uploaded: Weak<AtomicBool>,
 }
 
 impl UploadQueue {
@@ -42,8 +42,8 @@ impl UploadQueue {
             .collect();
         if let Some(waiting) = &self.waiting {
             lock(waiting).push(SentMeshes {
-                meshes: added.values().cloned().collect(),
-                uploaded: uploaded.clone(),
+                meshes: added.values().map(Handle::id).collect(),
+                uploaded: Arc::downgrade(&uploaded),
             });
         }
         (added, uploaded)
@@ -85,13 +85,54 @@ fn note_uploaded_meshes(queue: Res<UploadQueue>, meshes: Res<RenderAssets<Render
     let Some(waiting) = &queue.waiting else {
         return;
     };
-    let is_uploaded = |handle: &Handle<Mesh>| meshes.get(AssetId::from(handle)).is_some();
+    let is_uploaded = |mesh: &AssetId<Mesh>| meshes.get(*mesh).is_some();
     lock(waiting).retain(|sent| {
+        let Some(uploaded) = sent.uploaded.upgrade() else {
+            return false;
+        };
         let is_complete = sent.meshes.iter().all(is_uploaded);
         if is_complete {
             // With pipelined rendering, the main world runs at the same time, and sees it in its next frame.
-            sent.uploaded.store(true, Ordering::Release);
+            uploaded.store(true, Ordering::Release);
         }
         !is_complete
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use bevy::asset::RenderAssetUsages;
+    use bevy::ecs::system::RunSystemOnce;
+    use bevy::mesh::PrimitiveTopology;
+
+    use super::*;
+
+    #[test]
+    fn queue_keeps_no_mesh_alive() {
+        let mut app = App::new();
+        app.add_plugins((TaskPoolPlugin::default(), AssetPlugin::default()))
+            .init_asset::<Mesh>()
+            .init_resource::<RenderAssets<RenderMesh>>()
+            .insert_resource(UploadQueue {
+                waiting: Some(Arc::default()),
+                ..default()
+            });
+        let queue = app.world().resource::<UploadQueue>().clone();
+        let mut assets = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let usage = RenderAssetUsages::RENDER_WORLD;
+        let mesh = Mesh::new(PrimitiveTopology::TriangleList, usage);
+        let (meshes, uploaded) = queue.send([(0, mesh)], &mut assets);
+        drop(meshes);
+        app.update();
+        assert!(app.world().resource::<Assets<Mesh>>().is_empty());
+        let count = |app: &mut App| {
+            app.world_mut()
+                .run_system_once(note_uploaded_meshes)
+                .unwrap();
+            lock(queue.waiting.as_ref().unwrap()).len()
+        };
+        assert_eq!(count(&mut app), 1);
+        drop(uploaded);
+        assert_eq!(count(&mut app), 0);
+    }
 }

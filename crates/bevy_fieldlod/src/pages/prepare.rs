@@ -75,6 +75,7 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
         kind: LodKind::Clusters,
         rig: None,
         origin: LodOrigin::File,
+        is_stored: true,
         table: GroupTable::new(hierarchy),
         pieces,
         meshes,

@@ -7,8 +7,7 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshes};
-use crate::api::config::FieldLodAppConfig;
-use crate::api::events::{FieldLodEvent, LodOrigin, asset_name, asset_path};
+use crate::api::events::{FieldLodEvent, asset_name, asset_path};
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
@@ -20,7 +19,6 @@ pub(super) fn collect_prepared_meshes(
     mut meshes: ResMut<Assets<Mesh>>,
     uploads: Res<UploadQueue>,
     assets: Res<AssetServer>,
-    config: Res<FieldLodAppConfig>,
     mut events: MessageWriter<FieldLodEvent>,
 ) {
     let known = known.into_inner();
@@ -34,8 +32,6 @@ pub(super) fn collect_prepared_meshes(
         };
         *entry = match result {
             Ok(prepared) => {
-                let is_stored =
-                    prepared.origin != LodOrigin::Baked || config.cache_folder.is_some();
                 events.write(FieldLodEvent::Ready {
                     mesh,
                     path: asset_path(&assets, mesh),
@@ -45,7 +41,7 @@ pub(super) fn collect_prepared_meshes(
                 if !prepared.is_measured {
                     scene.unmeasured.push(asset_name(&assets, mesh));
                 }
-                let added = add_mesh(prepared, is_stored, &mut scene, &mut meshes, &uploads);
+                let added = add_mesh(prepared, &mut scene, &mut meshes, &uploads);
                 LodMeshEntry::Ready(added)
             }
             Err(error) => {
@@ -60,7 +56,6 @@ pub(super) fn collect_prepared_meshes(
 /// Adds a mesh to the scene, and sends its meshes to the GPU.
 fn add_mesh(
     prepared: PreparedMesh,
-    is_stored: bool,
     scene: &mut LodScene,
     meshes: &mut Assets<Mesh>,
     uploads: &UploadQueue,
@@ -73,7 +68,7 @@ fn add_mesh(
         pieces: prepared.pieces,
         meshes: Mutex::new(resident),
         units: prepared.units,
-        is_stored,
+        is_stored: prepared.is_stored,
         triangles_full: prepared.triangles_full,
         uv_per_area: prepared.uv_per_area,
         uploaded,

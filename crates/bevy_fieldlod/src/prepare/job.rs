@@ -49,11 +49,32 @@ pub(super) enum LevelSource {
     BakeRigged(RiggedBake),
 }
 
+/// A hierarchy, and where it comes from.
+pub(super) struct FoundLevels {
+    pub(super) hierarchy: Hierarchy,
+    pub(super) origin: LodOrigin,
+    /// Whether a cache or a file has it, so that it can be loaded again.
+    pub(super) is_stored: bool,
+}
+
+impl FoundLevels {
+    /// A hierarchy that was read from `origin`.
+    pub(super) fn stored(hierarchy: Hierarchy, origin: LodOrigin) -> Self {
+        Self {
+            hierarchy,
+            origin,
+            is_stored: true,
+        }
+    }
+}
+
 /// A mesh with levels of detail that is not yet in the scene and the assets.
 pub(crate) struct PreparedMesh {
     /// [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     pub(crate) kind: LodKind,
     pub(crate) origin: LodOrigin,
+    /// Whether a cache or a file has the levels, so that they can be loaded again.
+    pub(crate) is_stored: bool,
     /// `None` unless joints or morph targets move the vertices.
     pub(crate) rig: Option<Rig>,
     pub(crate) table: GroupTable,
@@ -73,7 +94,8 @@ pub(crate) struct PreparedMesh {
 pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let source = SourceArrays::of(&job.mesh)?;
     let uv_per_area = source.uv_per_area();
-    let (baked, origin) = find_hierarchy(&job, source).await?;
+    let found = find_hierarchy(&job, source).await?;
+    let baked = found.hierarchy;
     let is_measured = baked.is_measured();
     let triangles_full = baked.source_triangle_count() as u32;
     // A large primitive may change levels together with small ones. Units would have other levels in some views.
@@ -100,7 +122,8 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     });
     Ok(PreparedMesh {
         kind,
-        origin,
+        origin: found.origin,
+        is_stored: found.is_stored,
         rig,
         table: GroupTable::new(&hierarchy),
         pieces: pieces.collect(),
@@ -113,20 +136,19 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
 }
 
 /// Takes the hierarchy from the first source that has it.
-async fn find_hierarchy(
-    job: &PrepareJob,
-    mesh: SourceArrays,
-) -> Result<(Hierarchy, LodOrigin), LodError> {
+async fn find_hierarchy(job: &PrepareJob, mesh: SourceArrays) -> Result<FoundLevels, LodError> {
     for source in &job.sources {
         match source {
             LevelSource::File(file, baked) => {
                 let found = mesh.find_hierarchy(baked, job.place, file)?;
-                return Ok((found, LodOrigin::File));
+                return Ok(FoundLevels::stored(found, LodOrigin::File));
             }
             LevelSource::BesideAsset(assets, path, sidecars) => {
                 if let Some((file, baked)) = sidecars.find(assets, path).await {
                     match find_beside_asset(job, &mesh, &file, &baked) {
-                        Ok(found) => return Ok((found, LodOrigin::BesideAsset)),
+                        Ok(found) => {
+                            return Ok(FoundLevels::stored(found, LodOrigin::BesideAsset));
+                        }
                         // A stale file must not stop a game in development from being drawn with levels.
                         Err(error) => {
                             let name = &job.name;

@@ -95,6 +95,15 @@ pub(super) enum LodMeshEntry {
     Plain(Option<LodError>),
 }
 
+/// The result of a look-up.
+pub(super) enum Found<'a> {
+    Entry(&'a LodMeshEntry),
+    /// The request has no entry, and its mesh is loaded.
+    Startable,
+    /// Its mesh is not loaded, or its character is not ready.
+    Unready,
+}
+
 /// Why a request was not started.
 pub(super) enum NotStarted {
     /// An asset is being loaded, or too many tasks are running. It is retried in the next frame.
@@ -285,52 +294,57 @@ impl LodMeshLookup<'_> {
         known.not_started.clear();
     }
 
-    /// The entry of `mesh`; `None` if its preparation has not started or its character is not ready. The first request
-    /// with `may_start` starts a task once all assets that it needs are loaded. A bake reads the materials that meshes
-    /// have at that time.
-    pub(super) fn find(
+    /// Finds the entry of a request.
+    pub(super) fn find(&self, mesh: AssetId<Mesh>, auto_lod: &AutoLod) -> Found<'_> {
+        let known = &*self.known;
+        // The source of a changing mesh is drawn until it stops changing.
+        if known.changing.contains(mesh) {
+            return Found::Entry(&LodMeshEntry::Plain(None));
+        }
+        let entries = known.entries.get(&mesh).into_iter().flatten();
+        // Providers ignore the request, so that all entities with the mesh share one entry.
+        let ignores_request = known.providers.contains_key(&mesh);
+        let mut same = entries.filter(|(one, _)| ignores_request || one.is_same_request(auto_lod));
+        let Some((_, entry)) = same.next() else {
+            // An entity may have the handle of a mesh that is still being loaded. The parts of a character are recorded
+            // before there is room for their tasks, because they wait for each other.
+            let source = self.meshes.get(mesh);
+            let has_room = known.in_preparation.has_room(0);
+            return match source.filter(|source| has_room || is_rigged(source)) {
+                Some(_) => Found::Startable,
+                None => Found::Unready,
+            };
+        };
+        // A primitive with levels would not fit the primitives of its character that are not ready.
+        let file = known.rigged.get(&mesh);
+        if file.is_some_and(|file| known.unready_files.contains(file)) {
+            return Found::Unready;
+        }
+        Found::Entry(entry)
+    }
+
+    /// Adds the entry of a request without one, and starts its task, unless assets that it needs are not loaded. A bake
+    /// reads the materials that meshes have at that time.
+    pub(super) fn start(
         &mut self,
         mesh: AssetId<Mesh>,
         auto_lod: &AutoLod,
-        may_start: bool,
         material_of: &MaterialOf<'_>,
-    ) -> Option<&LodMeshEntry> {
-        // The source of a changing mesh is drawn until it stops changing.
-        if self.known.changing.contains(mesh) {
-            return Some(&LodMeshEntry::Plain(None));
-        }
-        // Providers ignore the request, so that all entities with the mesh share one entry.
+    ) {
         let request = if self.known.providers.contains_key(&mesh) {
             AutoLod::default()
         } else {
             auto_lod.request()
         };
-        let index = self.find_or_start(mesh, &request, may_start, material_of)?;
-        let known = &*self.known;
-        let file = known.rigged.get(&mesh);
-        // A primitive with levels would not fit the primitives of its character that are not ready.
-        let is_ready = file.is_none_or(|file| !known.unready_files.contains(file));
-        is_ready.then(|| &known.entries[&mesh][index].1)
-    }
-
-    /// The index of the entry of a request. Entities with equal requests share the entry.
-    fn find_or_start(
-        &mut self,
-        mesh: AssetId<Mesh>,
-        request: &AutoLod,
-        may_start: bool,
-        material_of: &MaterialOf<'_>,
-    ) -> Option<usize> {
-        let is_same = |(one, _): &(AutoLod, LodMeshEntry)| one == request;
-        let entries = self.known.entries.get(&mesh);
-        if let Some(index) = entries.and_then(|entries| entries.iter().position(is_same)) {
-            return Some(index);
-        }
+        // Another entity with the same request was first in this frame.
+        let has_entry = self.known.entries.get(&mesh).into_iter().flatten();
         let not_started = self.known.not_started.get(&mesh);
-        if !may_start || not_started.is_some_and(|requests| requests.contains(request)) {
-            return None;
+        if has_entry.map(|(one, _)| one).any(|one| *one == request)
+            || not_started.is_some_and(|requests| requests.contains(&request))
+        {
+            return;
         }
-        let entry = match self.start(mesh, request, material_of) {
+        let entry = match self.start_task(mesh, &request, material_of) {
             Ok(entry) => entry,
             Err(NotStarted::Failed(error)) => {
                 let event = FieldLodEvent::failed(&self.assets, mesh, error.clone());
@@ -338,24 +352,25 @@ impl LodMeshLookup<'_> {
                 LodMeshEntry::Plain(Some(error))
             }
             Err(NotStarted::NotYet) => {
-                let not_started = self.known.not_started.entry(mesh).or_default();
-                not_started.push(request.clone());
-                return None;
+                self.known
+                    .not_started
+                    .entry(mesh)
+                    .or_default()
+                    .push(request);
+                return;
             }
         };
         let entries = self.known.entries.entry(mesh).or_default();
-        entries.push((request.clone(), entry));
-        Some(entries.len() - 1)
+        entries.push((request, entry));
     }
 
     /// Starts the preparation of a mesh.
-    fn start(
+    fn start_task(
         &mut self,
         mesh: AssetId<Mesh>,
         request: &AutoLod,
         material_of: &MaterialOf<'_>,
     ) -> Result<LodMeshEntry, NotStarted> {
-        // An entity may have the handle of a mesh that is still being loaded.
         let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?;
         let triangles = triangle_count(source);
         let provider = self.known.providers.get(&mesh).cloned();

@@ -8,37 +8,55 @@ use bevy::camera::visibility::NoCpuCulling;
 use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::{HashMap, HashSet};
 use bevy::prelude::*;
+use bevy::world_serialization::{WorldAssetRoot, WorldInstance, WorldInstanceSpawner};
 
-use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes};
+use super::lookup::{Found, LodMeshEntry, LodMeshLookup, LodMeshes};
 use crate::api::config::LodKind;
-use crate::api::events::{LodError, LodFailed, LodReady, asset_name};
+use crate::api::events::{LodError, LodFailed, LodReady, asset_path};
 use crate::api::stats::FieldLodProgress;
+use crate::assets::standalone::AwaitsFile;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
+use crate::prepare::track::AutoLodLookup;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 
-/// Logs meshes that cannot have levels of detail: one mesh for each reason.
+/// Logs meshes without levels of detail: each faulty mesh, and of those of a kind without levels one for each reason.
 #[derive(SystemParam)]
-pub(super) struct UnsupportedLog<'w, 's> {
-    logged: Local<'s, HashSet<String>>,
+pub(super) struct FailureLog<'w, 's> {
+    reasons: Local<'s, HashSet<String>>,
+    faulty: Local<'s, HashSet<AssetId<Mesh>>>,
     assets: Res<'w, AssetServer>,
     names: Query<'w, 's, &'static Name>,
+    parents: Query<'w, 's, &'static ChildOf>,
 }
 
-impl UnsupportedLog<'_, '_> {
-    fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, reason: String) {
-        // A scene may have thousands of such meshes.
-        if self.logged.contains(&reason) {
-            return;
+impl FailureLog<'_, '_> {
+    fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, error: &LodError) {
+        if !error.is_unsupported() {
+            // A scene may have thousands of entities with the mesh.
+            if self.faulty.insert(mesh) {
+                let name = self.name_of(entity, mesh);
+                error!("could not prepare {name}: {error}; drawing the source mesh");
+            }
+        } else if self.reasons.insert(error.to_string()) {
+            let name = self.name_of(entity, mesh);
+            info!(
+                "{name} cannot have levels of detail: {error}; drawing the source mesh. Other meshes with the same \
+                 reason are not logged"
+            );
         }
-        let asset = asset_name(&self.assets, mesh);
-        let name = self.names.get(entity);
-        let name = name.map_or(asset.clone(), |name| format!("{name} ({asset})"));
-        info!(
-            "{name} cannot have levels of detail: {reason}; drawing the source mesh. Other meshes with the same reason \
-             are not logged"
-        );
-        self.logged.insert(reason);
+    }
+
+    /// The path of a mesh, and the nearest name at or above its entity.
+    fn name_of(&self, entity: Entity, mesh: AssetId<Mesh>) -> String {
+        let mut lineage = std::iter::once(entity).chain(self.parents.iter_ancestors(entity));
+        let name = lineage.find_map(|entity| self.names.get(entity).ok());
+        match (asset_path(&self.assets, mesh), name) {
+            (Some(path), Some(name)) => format!("{name} ({path})"),
+            (Some(path), None) => path,
+            (None, Some(name)) => format!("the mesh of {name}"),
+            (None, None) => format!("the mesh of entity {entity}"),
+        }
     }
 }
 
@@ -55,36 +73,28 @@ type Waiting = (
 /// Orders waiting entities, since their tasks start in this order.
 #[derive(SystemParam)]
 pub(super) struct StartOrder<'w, 's> {
-    waiting: Query<'w, 's, Placed, With<LodWaiting>>,
+    places: Query<'w, 's, (Ref<'static, GlobalTransform>, Option<&'static Aabb>)>,
     cameras: Query<'w, 's, &'static GlobalTransform, With<Camera3d>>,
 }
 
-/// A waiting entity, and its place.
-type Placed = (Entity, Ref<'static, GlobalTransform>, Option<&'static Aabb>);
-
 impl StartOrder<'_, '_> {
-    /// The waiting entities, the largest on a screen first, and whether the task of each may start. The size of a new
-    /// entity is not known in its first frame. It gets levels that are ready; its task starts in the next frame.
-    fn entities(&self) -> Vec<(Entity, bool)> {
-        let waiting = self.waiting.iter();
-        let mut sizes: Vec<(f32, Entity, bool)> = waiting
-            .map(|(entity, place, aabb)| {
-                // Without a camera, as on a server, no order is better than another.
-                let may_start = !place.is_added() || self.cameras.is_empty();
-                let size = if may_start {
-                    self.size(&place, aabb)
-                } else {
-                    0.0
-                };
-                (size, entity, may_start)
-            })
-            .collect();
+    /// Sorts entities, the largest on a screen first, and drops new ones: their size is not known in their first frame.
+    fn sort(&self, entities: &mut Vec<Entity>) {
+        let mut sizes: Vec<(f32, Entity)> = Vec::with_capacity(entities.len());
+        for &entity in entities.iter() {
+            // Without a camera, as on a server, no order is better than another.
+            if self.cameras.is_empty() {
+                sizes.push((0.0, entity));
+            } else if let Ok((place, aabb)) = self.places.get(entity)
+                && !place.is_added()
+            {
+                sizes.push((self.size(&place, aabb), entity));
+            }
+        }
         // The order of entities breaks ties, so that starts do not depend on the storage of components.
         sizes.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        let sorted = sizes.into_iter();
-        sorted
-            .map(|(_, entity, may_start)| (entity, may_start))
-            .collect()
+        entities.clear();
+        entities.extend(sizes.into_iter().map(|(_, entity)| entity));
     }
 
     /// The radius over the distance, for the nearest camera.
@@ -101,25 +111,69 @@ impl StartOrder<'_, '_> {
     }
 }
 
-/// Looks up the levels of waiting entities, and inserts those that are ready.
+/// Gives entities the levels that were found for them.
+#[derive(SystemParam)]
+pub(super) struct Giver<'w, 's> {
+    commands: Commands<'w, 's>,
+    culling: Res<'w, GpuCulling>,
+    drawn: Res<'w, DrawnMeshes>,
+    log: FailureLog<'w, 's>,
+}
+
+impl Giver<'_, '_> {
+    /// Ends the wait of an entity if the preparation of its mesh has ended.
+    fn give(&mut self, entity: Entity, mesh: &Mesh3d, wanted: &LodWaiting, entry: &LodMeshEntry) {
+        let mut commands = self.commands.entity(entity);
+        match entry {
+            LodMeshEntry::Plain(error) => {
+                if let Some(error) = error {
+                    self.log.add(entity, mesh.id(), error);
+                }
+                leave_plain(&mut commands, error.clone());
+            }
+            LodMeshEntry::Ready(lod) if lod.is_uploaded() => {
+                // The CPU culls characters, because Bevy animates visible ones only.
+                if self.culling.is_on && lod.rig.is_none() {
+                    commands.try_insert(NoCpuCulling);
+                }
+                let finest = lod.mesh_at(0).filter(|_| lod.kind == LodKind::WholeMesh);
+                if finest.is_some() {
+                    // The source is in main memory only, so that a copy of it is the finest level.
+                    self.drawn.set(entity, finest);
+                }
+                give_levels(&mut commands, lod, mesh, wanted);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Looks up the levels of waiting entities, inserts those that are ready, and starts the preparation of others.
 pub(super) fn give_levels_to_objects(
-    mut commands: Commands,
     waiting: Query<Waiting>,
     order: StartOrder,
     ready: Query<(&Mesh3d, &Material), With<LodObject>>,
     mut lookup: LodMeshLookup,
-    culling: Res<GpuCulling>,
-    drawn: Res<DrawnMeshes>,
-    mut log: UnsupportedLog,
+    mut giver: Giver,
 ) {
     lookup.begin_frame();
+    let mut startable = Vec::new();
+    for (entity, mesh, wanted, _) in &waiting {
+        match lookup.find(mesh.id(), &wanted.auto_lod) {
+            Found::Entry(entry) => giver.give(entity, mesh, wanted, entry),
+            Found::Startable => startable.push(entity),
+            Found::Unready => {}
+        }
+    }
+    // Thousands of entities may wait for the tasks of others.
+    if startable.is_empty() {
+        return;
+    }
+    order.sort(&mut startable);
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, may_start) in order.entities() {
-        let Ok((_, mesh, wanted, material)) = waiting.get(entity) else {
-            continue;
-        };
+    for (entity, mesh, wanted, material) in waiting.iter_many(startable) {
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -128,27 +182,10 @@ pub(super) fn give_levels_to_objects(
                 materials.get_or_init(all_materials).get(&other).copied()
             }
         };
-        let mut commands = commands.entity(entity);
-        match lookup.find(mesh.id(), &wanted.auto_lod, may_start, &material_of) {
-            Some(LodMeshEntry::Plain(error)) => {
-                if let Some(error) = error.as_ref().filter(|error| error.is_unsupported()) {
-                    log.add(entity, mesh.id(), error.to_string());
-                }
-                leave_plain(&mut commands, error.clone());
-            }
-            Some(LodMeshEntry::Ready(lod)) if lod.is_uploaded() => {
-                // The CPU culls characters, because Bevy animates visible ones only.
-                if culling.is_on && lod.rig.is_none() {
-                    commands.try_insert(NoCpuCulling);
-                }
-                let finest = lod.mesh_at(0).filter(|_| lod.kind == LodKind::WholeMesh);
-                if finest.is_some() {
-                    // The source is in main memory only, so that a copy of it is the finest level.
-                    drawn.set(entity, finest);
-                }
-                give_levels(&mut commands, lod, mesh, wanted);
-            }
-            _ => {}
+        lookup.start(mesh.id(), &wanted.auto_lod, &material_of);
+        // Some meshes need no task.
+        if let Found::Entry(entry) = lookup.find(mesh.id(), &wanted.auto_lod) {
+            giver.give(entity, mesh, wanted, entry);
         }
     }
 }
@@ -198,18 +235,59 @@ fn give_levels(
         .trigger(|entity| LodReady { entity, kind });
 }
 
+/// Scenes and files that may be being loaded. Their mesh entities do not exist before.
+#[derive(SystemParam)]
+pub(super) struct Scenes<'w, 's> {
+    roots: Query<
+        'w,
+        's,
+        (
+            Entity,
+            &'static WorldAssetRoot,
+            Option<&'static WorldInstance>,
+        ),
+    >,
+    files: Query<'w, 's, (), With<AwaitsFile>>,
+    auto_lods: AutoLodLookup<'w, 's>,
+    spawner: Option<Res<'w, WorldInstanceSpawner>>,
+    assets: Res<'w, AssetServer>,
+}
+
+impl Scenes<'_, '_> {
+    /// The number of those that are being loaded, and of all.
+    fn count(&self) -> (u32, u32) {
+        let is_loading =
+            |(root, scene, instance): (Entity, &WorldAssetRoot, Option<&WorldInstance>)| {
+                let instance = instance.zip(self.spawner.as_ref());
+                !instance.is_some_and(|(one, spawner)| spawner.instance_is_ready(**one))
+                    && !self.assets.load_state(&scene.0).is_failed()
+                    && self.auto_lods.find(root).is_some()
+            };
+        let loading = self.roots.iter().filter(|root| is_loading(*root)).count();
+        let [files, roots] = [self.files.iter().len(), self.roots.iter().len()];
+        ((files + loading) as u32, (files + roots) as u32)
+    }
+}
+
 /// Counts mesh entities by their state.
 pub(super) fn update_progress(
     waiting: Query<(), With<LodWaiting>>,
     objects: Query<(), With<LodObject>>,
     plain: Query<(), (With<LodState>, Without<LodWaiting>, Without<LodObject>)>,
+    scenes: Scenes,
     known: Res<LodMeshes>,
     mut progress: ResMut<FieldLodProgress>,
 ) {
-    progress.set_if_neq(FieldLodProgress {
+    let (loading, all_scenes) = scenes.count();
+    let mut updated = *progress;
+    let counts = FieldLodProgress {
         waiting: waiting.iter().len() as u32,
         baking: known.in_preparation.meshes,
         ready: objects.iter().len() as u32,
         plain: plain.iter().len() as u32,
-    });
+        loading,
+        ..default()
+    };
+    updated.update(counts, all_scenes);
+    progress.set_if_neq(updated);
 }

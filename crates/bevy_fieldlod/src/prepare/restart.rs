@@ -7,8 +7,10 @@ use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 
 use super::lookup::LodMeshes;
+use crate::api::events::asset_name;
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
+use crate::draw::released_sources::ReleasedSources;
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::{LodObject, LodState, LodWaiting};
 use crate::scene::lod_scene::LodScene;
@@ -75,6 +77,7 @@ fn restart_changed_meshes(
     mut restart: Restart,
     mut events: MessageReader<AssetEvent<Mesh>>,
     assets: Res<AssetServer>,
+    sources: Res<ReleasedSources>,
 ) {
     let mut changed = Vec::new();
     for event in events.read() {
@@ -84,6 +87,14 @@ fn restart_changed_meshes(
             }
             // The last handle was dropped, or a program has removed the mesh from `Assets<Mesh>`.
             AssetEvent::Removed { id } => {
+                let mut drawn = restart.entities.iter();
+                if sources.is_released(*id) && drawn.any(|(_, mesh)| mesh.id() == *id) {
+                    let name = asset_name(&assets, *id);
+                    warn!(
+                        "{name} was removed from `Assets<Mesh>` while only its units were on the GPU; drawing nothing. \
+                         `AdvancedAppConfig::sources_on_gpu` keeps meshes on the GPU"
+                    );
+                }
                 changed.extend(restart.known.has_entries(*id).then_some(*id));
                 restart.known.remove_source(*id);
             }

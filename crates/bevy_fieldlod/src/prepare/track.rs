@@ -92,20 +92,33 @@ impl ChangedEntities<'_, '_> {
     }
 }
 
+/// The components of a mesh entity that tracking reads.
+type Tracked = (
+    Ref<'static, Mesh3d>,
+    Option<&'static mut LodObject>,
+    Option<&'static LodState>,
+    Option<&'static mut ViewVisibility>,
+);
+
 /// Updates mesh entities that entered or left the subtree of an [`AutoLod`], or whose mesh changed.
 fn track_objects(
     mut commands: Commands,
     mut scene: ResMut<LodScene>,
     mut changed: ChangedEntities,
-    mut objects: Query<(&Mesh3d, Option<&mut LodObject>, Option<&LodState>), Without<LodUnit>>,
+    mut objects: Query<Tracked, Without<LodUnit>>,
     auto_lods: AutoLodLookup,
     mut sources: ResMut<ReleasedSources>,
 ) {
     for entity in changed.take(auto_lods.config.is_changed()) {
-        let Ok((mesh, object, state)) = objects.get_mut(entity) else {
+        let Ok((mesh, object, state, visibility)) = objects.get_mut(entity) else {
             continue;
         };
         let auto_lod = auto_lods.find(entity);
+        // Bevy 0.19.1 drops the material of an entity that loses its `Mesh3d`, and extracts it again only after a change
+        // of the visibility. Where the GPU culls, no movement of a camera changes that.
+        if let Some(mut visibility) = visibility.filter(|_| mesh.is_added() && auto_lod.is_some()) {
+            visibility.set_changed();
+        }
         // The levels of the object match the mesh and the settings.
         if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
             && object.source == mesh.id()

@@ -46,6 +46,9 @@ pub(crate) struct DrawRecords {
     freed: Vec<u32>,
     /// Records to reuse, the lowest first.
     free: BTreeSet<u32>,
+    /// How many units have a record, and how many of these units no view draws.
+    unit_count: usize,
+    idle_count: usize,
     /// Records of units and of their sources that got an entity, and entities that lost their record, since the
     /// last call of [`DrawRecords::take_moves`].
     placed: Vec<u32>,
@@ -63,6 +66,8 @@ impl DrawRecords {
 
     /// Adds a record for a unit that has no entity yet, and returns its number.
     pub(crate) fn add_unit(&mut self, instance: u32, unit: u32) -> u32 {
+        self.unit_count += 1;
+        self.idle_count += 1;
         self.add(DrawRecord {
             kind: DrawKind::Unit { instance, unit },
             ..default()
@@ -141,15 +146,25 @@ impl DrawRecords {
 
     /// Counts one more view that draws this unit.
     pub(crate) fn enter_view(&mut self, record: u32) {
-        self.records[record as usize].view_count += 1;
+        let record = &mut self.records[record as usize];
+        self.idle_count -= usize::from(record.view_count == 0);
+        record.view_count += 1;
     }
 
     /// Counts one view fewer that draws this unit, and returns whether it was the last.
     pub(crate) fn leave_view(&mut self, record: u32, frame: u32) -> bool {
         let record = &mut self.records[record as usize];
-        record.view_count = record.view_count.saturating_sub(1);
+        record.view_count -= 1;
         record.idle_since = frame;
-        record.view_count == 0
+        // A view may leave a unit after its object was removed.
+        let is_idle = record.view_count == 0 && matches!(record.kind, DrawKind::Unit { .. });
+        self.idle_count += usize::from(is_idle);
+        is_idle
+    }
+
+    /// The number of units that views draw, and of those that no view draws.
+    pub(crate) fn drawn_and_idle(&self) -> (usize, usize) {
+        (self.unit_count - self.idle_count, self.idle_count)
     }
 
     /// Whether the record is that of a unit that no view draws.
@@ -165,6 +180,10 @@ impl DrawRecords {
     /// Frees a record and returns the entity that it had.
     pub(crate) fn free(&mut self, index: u32) -> Option<Entity> {
         let record = &mut self.records[index as usize];
+        if let DrawKind::Unit { .. } = record.kind {
+            self.unit_count -= 1;
+            self.idle_count -= usize::from(record.view_count == 0);
+        }
         record.kind = DrawKind::Free;
         self.freed.push(index);
         let entity = record.entity.take()?;

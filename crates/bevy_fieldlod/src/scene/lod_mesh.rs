@@ -134,6 +134,6 @@ impl LodObject {
     /// Whether its levels match `auto_lod`.
     pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
         // Another requested kind may change the primitives that are baked together with this mesh, and so its levels.
-        self.auto_lod.request() == auto_lod.request()
+        self.auto_lod.is_same_request(auto_lod)
     }
 }

@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
+use bevy::camera::RenderTarget;
 use bevy::camera::primitives::Frustum;
 use bevy::camera::visibility::{RenderLayers, VisibilityRange, VisibleEntities};
 use bevy::ecs::change_detection::ContiguousRef;
-use bevy::ecs::query::QueryItem;
+use bevy::ecs::entity_disabling::Disabled;
+use bevy::ecs::query::{Allow, QueryItem};
 use bevy::mesh::skinning::SkinnedMesh;
 // `std::time::Instant` panics on the web.
 use bevy::platform::time::Instant;
@@ -50,15 +52,14 @@ pub(crate) fn plugin(app: &mut App) {
         .add_systems(
             PostUpdate,
             (
-                // In an earlier phase: a command inserts the cut, and must be applied before selection.
-                add_view_cuts
-                    .run_if(any_match_filter::<NewViews>)
-                    .in_set(FieldLodSystems::Prepare),
-                // `prepare_views` is last: it updates the bounds of the scene after all changes.
+                // In an earlier phase: commands insert and remove cuts, and must be applied before selection.
+                track_views.in_set(FieldLodSystems::Prepare),
+                // `begin_frame` updates the bounds of the scene after all changes.
                 (
                     add_instances.run_if(any_new),
                     move_instances,
                     update_layers,
+                    begin_frame,
                     prepare_views,
                 )
                     .chain()
@@ -68,20 +69,37 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-/// 3D views that have no cut yet.
-type NewViews = (
+/// Everything that Bevy and selection need of a 3D camera. An entity that lacks some of it draws nothing.
+type IsView = (
     With<Camera>,
+    With<RenderTarget>,
+    With<GlobalTransform>,
+    With<Frustum>,
     With<VisibleEntities>,
     Without<Camera2d>,
-    Without<ViewCut>,
 );
 
-/// Adds a cut and statistics to every new 3D view.
-fn add_view_cuts(mut commands: Commands, cameras: Query<Entity, NewViews>) {
-    for camera in &cameras {
+/// Entities that have or had a cut, enabled or not.
+type HadCut = (With<ViewCut>, Allow<Disabled>);
+
+/// Adds a cut and statistics to every new 3D view, and removes them from entities that are no longer views. Without the
+/// removal, the units and levels of the last cut would stay in use, and the selector would keep ids that the scene gives
+/// to other meshes.
+fn track_views(
+    mut commands: Commands,
+    new: Query<Entity, (IsView, Or<(Without<ViewCut>, Without<FieldLodViewStats>)>)>,
+    cuts: Query<Entity, HadCut>,
+    views: Query<(), IsView>,
+) {
+    for view in &new {
         commands
-            .entity(camera)
-            .try_insert((ViewCut::default(), FieldLodViewStats::default()));
+            .entity(view)
+            .try_insert_if_new((ViewCut::default(), FieldLodViewStats::default()));
+    }
+    for lost in cuts.iter().filter(|&entity| !views.contains(entity)) {
+        commands
+            .entity(lost)
+            .try_remove::<(ViewCut, FieldLodViewStats)>();
     }
 }
 
@@ -119,7 +137,6 @@ fn move_instances(
     mut removed_skins: RemovedComponents<SkinnedMesh>,
     objects: Query<(&GlobalTransform, &LodPlacement)>,
 ) {
-    let scene = &mut scene.scene;
     for (transforms, placements) in moving.contiguous_iter().into_iter().flatten() {
         let (transforms, ticks) = ContiguousRef::split(transforms);
         for_each_changed(&ticks, |index| {
@@ -166,15 +183,19 @@ type CameraInputs = (
     &'static mut ViewCut,
 );
 
+/// Frees unused meshes and records, and updates the scene.
+fn begin_frame(mut scene: ResMut<LodScene>, mut cuts: Query<&mut ViewCut, Allow<Disabled>>) {
+    // All cuts, also those of entities that `track_views` removes in the next frame.
+    let cuts = cuts.iter_mut().map(Mut::into_inner);
+    scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
+}
+
 /// Updates the selection inputs of every view.
 fn prepare_views(
     mut scene: ResMut<LodScene>,
     mut cameras: Query<CameraInputs>,
     lights: ShadowLights,
 ) {
-    let cuts = cameras.iter_mut().map(|(.., cut)| cut.into_inner());
-    // Views clear the bits of freed records before any view selects.
-    scene.begin_frame(cuts.map(|cut| &mut cut.visibility));
     for view in &mut cameras {
         prepare_view(view, &mut scene, &lights);
     }
@@ -263,23 +284,31 @@ fn view_of(camera: &Camera, viewport_px: UVec2, pose: &GlobalTransform) -> Optio
 /// Selects the cut of every view and applies it to the scene.
 fn select_views(
     mut scene: ResMut<LodScene>,
-    mut cameras: Query<(&mut ViewCut, &mut FieldLodViewStats)>,
+    mut cameras: Query<(&mut ViewCut, Option<&mut FieldLodViewStats>), Allow<Disabled>>,
 ) {
     let lods = &scene.scene;
     let wanted = cameras.iter().filter(|(cut, _)| cut.wanted.is_some());
     // For one view, threads of the pool only cost time.
     let has_several = wanted.count() > 1;
-    let select = |(mut cut, mut stats): (Mut<ViewCut>, Mut<FieldLodViewStats>)| {
-        stats.selection_time = select_cut(&mut cut, lods);
+    let select = |(mut cut, stats): (Mut<ViewCut>, Option<Mut<FieldLodViewStats>>)| {
+        let time = select_cut(&mut cut, lods);
+        if let Some(mut stats) = stats {
+            stats.selection_time = time;
+        }
     };
     if has_several {
         cameras.par_iter_mut().for_each(select);
     } else {
         cameras.iter_mut().for_each(select);
     }
-    for (mut cut, mut stats) in &mut cameras {
+    for (mut cut, stats) in &mut cameras {
         // In turn: the records of units count the views that draw them.
-        apply_cut(&mut cut, &mut stats, &mut scene);
+        let start = Instant::now();
+        apply_cut(&mut cut, &mut scene);
+        if let Some(mut stats) = stats {
+            stats.selection_time += start.elapsed();
+            update_stats(&mut stats, &cut, &scene);
+        }
     }
 }
 
@@ -294,13 +323,19 @@ fn select_cut(cut: &mut ViewCut, scene: &Scene) -> Duration {
     start.elapsed()
 }
 
-/// Applies the changes of a cut to the scene, and updates the statistics of its view.
-fn apply_cut(cut: &mut ViewCut, stats: &mut FieldLodViewStats, scene: &mut LodScene) {
-    let start = Instant::now();
+/// Applies the changes of a cut to the scene.
+fn apply_cut(cut: &mut ViewCut, scene: &mut LodScene) {
     if cut.wanted.take().is_some() {
         scene.apply_changes(cut);
-        stats.selection_time += start.elapsed();
+    } else if cut.state == ViewState::Cut {
+        // It lost a component in this frame. A selector that skips a frame would miss the removal of a mesh.
+        cut.state = ViewState::Inactive;
+        clear_cut(cut, scene);
     }
+}
+
+/// Updates the statistics of a view.
+fn update_stats(stats: &mut FieldLodViewStats, cut: &ViewCut, scene: &LodScene) {
     if cut.state == ViewState::Inactive {
         *stats = default();
         return;
@@ -322,7 +357,7 @@ fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {
 /// Clears the cut of a camera that is removed.
 fn clear_removed_view(
     removal: On<Remove, ViewCut>,
-    mut views: Query<&mut ViewCut>,
+    mut views: Query<&mut ViewCut, Allow<Disabled>>,
     mut scene: ResMut<LodScene>,
 ) {
     if let Ok(mut cut) = views.get_mut(removal.entity) {

@@ -1,7 +1,7 @@
 //! A folder that caches baked hierarchies between runs.
 
 use std::fmt::Display;
-use std::io;
+use std::io::{self, ErrorKind::NotADirectory, ErrorKind::NotFound};
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -35,7 +35,8 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     };
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return None,
+        // A folder that cannot be created is reported by `write`.
+        Err(error) if matches!(error.kind(), NotFound | NotADirectory) => return None,
         Err(error) => {
             unusable(&error);
             return None;
@@ -48,9 +49,9 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     found.ok()
 }
 
-/// Writes the entry at `path` atomically, without the vertices of the source. Logs a failure; the next run then bakes
-/// again.
-pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
+/// Writes the entry at `path` atomically, without the vertices of the source. Returns whether it succeeded, and logs a
+/// failure; the next run then bakes again.
+pub(super) fn write(path: &Path, hierarchy: &Hierarchy) -> bool {
     let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
     let file = BakedFile {
         primitives: vec![primitive],
@@ -59,13 +60,14 @@ pub(super) fn write(path: &Path, hierarchy: &Hierarchy) {
         beside_source: true,
         ..FileOptions::default()
     };
-    let bytes = file.to_bytes_with(options);
-    if let Err(error) = write_atomically(path, &bytes) {
+    let written = write_atomically(path, &file.to_bytes_with(options));
+    if let Err(error) = &written {
         warn!(
             "could not write the cache entry {}: {error}; the next run bakes the mesh again",
             path.display()
         );
     }
+    written.is_ok()
 }
 
 fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {

@@ -5,11 +5,12 @@ use std::slice;
 use std::sync::Arc;
 
 use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
-use fieldlod_hierarchy::{BakedFile, Hierarchy};
+use fieldlod_hierarchy::BakedFile;
 
 use super::cache;
 use super::together::Member;
 use crate::api::events::{LodError, LodOrigin};
+use crate::prepare::job::FoundLevels;
 use crate::prepare::source_arrays::SourceArrays;
 use crate::prepare::threads::BakeThreads;
 
@@ -41,10 +42,7 @@ impl BakeJob {
     }
 
     /// Reads the hierarchy of `source` from the cache, or bakes and caches it.
-    pub(in crate::prepare) fn run(
-        &self,
-        source: SourceArrays,
-    ) -> Result<(Hierarchy, LodOrigin), LodError> {
+    pub(in crate::prepare) fn run(&self, source: SourceArrays) -> Result<FoundLevels, LodError> {
         let source = SourceArrays {
             surface: self.surface.clone(),
             ..source
@@ -65,7 +63,7 @@ impl BakeJob {
         // Whether the bake depends on surfaces is known only after it.
         let mut entries = [false, true].into_iter().filter_map(path);
         if let Some(found) = entries.find_map(|entry| cache::read(&entry, &source)) {
-            return Ok((found, LodOrigin::Cache));
+            return Ok(FoundLevels::stored(found, LodOrigin::Cache));
         }
         let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
         let entries = [false, true].map(path);
@@ -73,10 +71,12 @@ impl BakeJob {
             Some((member, sources)) => member.bake(sources, threads)?,
             None => threads.run(|| bake_mesh_with_report(&source.into_mesh(), &self.config))?,
         };
-        if let Some(entry) = &entries[usize::from(report.depends_on_surfaces())] {
-            cache::write(entry, &baked);
-        }
-        Ok((baked, LodOrigin::Baked))
+        let entry = entries[usize::from(report.depends_on_surfaces())].as_ref();
+        Ok(FoundLevels {
+            is_stored: entry.is_some_and(|entry| cache::write(entry, &baked)),
+            hierarchy: baked,
+            origin: LodOrigin::Baked,
+        })
     }
 }
 

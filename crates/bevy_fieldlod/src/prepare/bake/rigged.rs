@@ -13,12 +13,13 @@ use bevy::tasks::block_on;
 use fieldlod_bake::{
     BakeConfig, Import, MeshError, PrimitivePlace, bake_rigged, import_gltf_bytes,
 };
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use xxhash_rust::xxh3::Xxh3;
 
 use super::cache;
 use crate::api::events::{LodError, LodOrigin};
 use crate::lock;
+use crate::prepare::job::FoundLevels;
 use crate::prepare::sidecar::read;
 use crate::prepare::source_arrays::SourceArrays;
 use crate::prepare::threads::BakeThreads;
@@ -80,16 +81,13 @@ pub(in crate::prepare) struct RiggedBake {
 impl RiggedBake {
     /// Reads the hierarchy of `mesh` from the cache. Otherwise bakes the file, unless the task of another primitive has
     /// baked it.
-    pub(in crate::prepare) fn run(
-        &self,
-        mesh: &SourceArrays,
-    ) -> Result<(Hierarchy, LodOrigin), LodError> {
+    pub(in crate::prepare) fn run(&self, mesh: &SourceArrays) -> Result<FoundLevels, LodError> {
         // The first task reads the file; the tasks of its other primitives wait.
         let imported = self.file.imported.get_or_init(|| self.import());
         let imported = imported.as_ref().map_err(Clone::clone)?;
         let entry = self.entry(imported);
         if let Some(found) = entry.as_ref().and_then(|entry| cache::read(entry, mesh)) {
-            return Ok((found, LodOrigin::Cache));
+            return Ok(FoundLevels::stored(found, LodOrigin::Cache));
         }
         let threads = self.threads.as_ref().ok_or(LodError::BakeDisabled)?;
         let bake = || threads.run(|| bake(&imported.import, &self.file.config));
@@ -102,10 +100,11 @@ impl RiggedBake {
         let found = mesh.find_hierarchy(file, Some(self.place), &self.name());
         // The program or the settings of the loader have changed the mesh.
         let found = found.map_err(|_| LodError::Rigged)?;
-        if let Some(entry) = entry {
-            cache::write(&entry, &found);
-        }
-        Ok((found, LodOrigin::Baked))
+        Ok(FoundLevels {
+            is_stored: entry.is_some_and(|entry| cache::write(&entry, &found)),
+            hierarchy: found,
+            origin: LodOrigin::Baked,
+        })
     }
 
     fn name(&self) -> String {

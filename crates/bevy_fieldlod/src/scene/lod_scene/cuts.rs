@@ -63,13 +63,19 @@ impl LodScene {
         self.swap_all_whole_meshes();
     }
 
-    /// Removes up to `most` units that no view has drawn for `idle_frames`, and returns their entities.
-    pub(crate) fn take_idle_units(&mut self, idle_frames: u32, most: usize) -> Vec<Entity> {
+    /// Removes up to `most` units that no view has drawn for `idle_frames`, and returns their entities. If more than
+    /// `most_idle` are idle, the others are removed earlier, in any number.
+    pub(crate) fn take_idle_units(
+        &mut self,
+        idle_frames: u32,
+        most: usize,
+        most_idle: usize,
+    ) -> Vec<Entity> {
         let mut entities = Vec::new();
         // Entries are in the order of frames, so the first that is too young ends the search.
-        while entities.len() < most
-            && let Some(&(record, since)) = self.idle_units.front()
-            && self.frame.wrapping_sub(since) > idle_frames
+        while let Some(&(record, since)) = self.idle_units.front()
+            && (self.records.drawn_and_idle().1 > most_idle
+                || entities.len() < most && self.frame.wrapping_sub(since) > idle_frames)
         {
             self.idle_units.pop_front();
             // A unit that a view drew in between has a later entry, or none.

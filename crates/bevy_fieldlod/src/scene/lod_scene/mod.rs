@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use bevy::ecs::entity::EntityHashMap;
-use bevy::math::Affine3A;
+use bevy::math::{Affine3A, Vec3A};
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 use fieldlod_select::{InstanceId, Scene};
@@ -54,8 +54,10 @@ pub(crate) struct LodInstance {
     pub(crate) id: InstanceId,
     pub(crate) entity: Entity,
     pub(crate) mesh: Arc<LodMesh>,
-    /// The layers that it is drawn on; 0 while it is hidden.
+    /// The layers that it is drawn on; 0 while it is hidden or has no area.
     pub(crate) layers: u64,
+    /// The layers that it is on; 0 while it is hidden.
+    shown_on: u64,
     /// The level that the entity itself draws as a whole mesh; `None` if units draw it.
     pub(crate) level: Option<u32>,
     /// Units with a draw record, in ascending order, each with its record.
@@ -87,6 +89,14 @@ pub(crate) fn largest_scale(world_from_local: &Affine3A) -> f32 {
     axis(0).max(axis(1)).max(axis(2))
 }
 
+/// Whether a placed surface has an area and a place. Otherwise Bevy draws no pixel of it, and no error would be small
+/// enough.
+fn has_area(world_from_local: &Affine3A) -> bool {
+    let [x, y, z] = [0, 1, 2].map(|axis| world_from_local.matrix3.col(axis));
+    let areas = [x.cross(y), y.cross(z), z.cross(x)];
+    world_from_local.is_finite() && areas.iter().any(|area| *area != Vec3A::ZERO)
+}
+
 impl LodScene {
     /// Frees a mesh as soon as no instance uses it.
     pub(crate) fn retire(&mut self, mesh: Arc<LodMesh>) {
@@ -116,6 +126,12 @@ impl LodScene {
         let id = self
             .scene
             .add_instance(mesh.id, world_from_local, auto_lod.bias);
+        let shown_on = layers;
+        let layers = if has_area(&world_from_local) {
+            layers
+        } else {
+            0
+        };
         self.scene.set_layers(id, layers);
         if self.instances.len() <= id.index() {
             self.instances.resize_with(id.index() + 1, || None);
@@ -125,6 +141,7 @@ impl LodScene {
             entity,
             mesh: mesh.clone(),
             layers,
+            shown_on,
             level,
             units: Vec::new(),
         });
@@ -151,13 +168,34 @@ impl LodScene {
         }
     }
 
-    /// Sets the layers that an entity is drawn on.
+    /// Moves an instance.
+    pub(crate) fn set_placement(&mut self, id: InstanceId, world_from_local: Affine3A) {
+        let had_area = has_area(&self.scene.placement(id));
+        self.scene.set_placement(id, world_from_local);
+        if had_area != has_area(&world_from_local) {
+            self.update_layers(id);
+        }
+    }
+
+    /// Sets the layers that an entity is on; 0 if it is hidden.
     pub(crate) fn set_layers(&mut self, entity: Entity, layers: u64) {
         let Some(&id) = self.instance_of.get(&entity) else {
             return;
         };
+        if let Some(instance) = &mut self.instances[id.index()] {
+            instance.shown_on = layers;
+            self.update_layers(id);
+        }
+    }
+
+    fn update_layers(&mut self, id: InstanceId) {
+        let has_area = has_area(&self.scene.placement(id));
         let instance = self.instances[id.index()].as_mut();
-        if let Some(instance) = instance.filter(|instance| instance.layers != layers) {
+        let Some(instance) = instance.filter(|instance| instance.id == id) else {
+            return;
+        };
+        let layers = if has_area { instance.shown_on } else { 0 };
+        if instance.layers != layers {
             self.scene.set_layers(id, layers);
             let before = std::mem::replace(&mut instance.layers, layers);
             let triangles = u64::from(instance.mesh.triangles_full);

@@ -16,13 +16,9 @@ use crate::mesh::topology::Topology;
 /// The joints of a vertex and their weights.
 type Influences = [(u16, f32); 4];
 
-/// Vertices move alike if no weight differs by more. Rounding and painting by hand differ by less, rigid parts by 1.
-const ALIKE: f32 = 0.5;
 /// A part lies at the place of other parts if they have at least this share of its positions. Neighbouring parts of a
 /// robot share the positions of a ring, and stay together.
 const MOSTLY: f32 = 0.75;
-/// Limit for comparisons at one position.
-const MOST_COMPARED: usize = 16;
 
 /// The positions of a mesh, with parts that lie at the place of others moved beside them.
 pub(super) fn positions_apart(mesh: &SourceMesh, influences: &[Influences]) -> Vec<Vec3> {
@@ -63,30 +59,14 @@ pub(super) fn positions_apart(mesh: &SourceMesh, influences: &[Influences]) -> V
         .collect()
 }
 
-/// For each vertex, the first vertex at its place that moves alike.
+/// For each vertex, the first vertex at its place with the same strongest joint.
 fn moving_alike(place: &[u32], influences: &[Influences]) -> Vec<u32> {
-    if influences.is_empty() {
-        return place.to_vec();
-    }
-    let mut at_places: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    let mut firsts: BTreeMap<(u32, Option<u16>), u32> = BTreeMap::new();
     let first = |(vertex, place): (u32, &u32)| {
-        let others = at_places.entry(*place).or_default();
-        let is_alike =
-            |other: &&u32| moves_alike(&influences[vertex as usize], &influences[**other as usize]);
-        let found = others.iter().find(is_alike).copied();
-        if found.is_none() && others.len() < MOST_COMPARED {
-            others.push(vertex);
-        }
-        found.unwrap_or(vertex)
+        let own = influences.get(vertex as usize).into_iter().flatten();
+        let strongest = own.max_by(|a, b| a.1.total_cmp(&b.1));
+        let joint = strongest.map(|(joint, _)| *joint);
+        *firsts.entry((*place, joint)).or_insert(vertex)
     };
     (0..).zip(place).map(first).collect()
-}
-
-fn moves_alike(a: &Influences, b: &Influences) -> bool {
-    let weight = |own: &Influences, joint: u16| -> f32 {
-        let of_joint = own.iter().filter(|(other, _)| *other == joint);
-        of_joint.map(|(_, weight)| weight).sum()
-    };
-    let mut joints = a.iter().chain(b).map(|(joint, _)| *joint);
-    joints.all(|joint| (weight(a, joint) - weight(b, joint)).abs() <= ALIKE)
 }

@@ -69,7 +69,9 @@ impl Pose {
                 let of_joint = |&(joint, weight): &(u16, f32)| {
                     self.joints[usize::from(joint)].transform_point3(*position) * weight
                 };
-                let moved: Vec3 = influence.iter().map(of_joint).sum();
+                // The matrix of a joint without a weight may be NaN.
+                let used = influence.iter().filter(|(_, weight)| *weight != 0.0);
+                let moved: Vec3 = used.map(of_joint).sum();
                 // Bevy adds up places in the world. Weights below 1 draw a vertex towards its origin.
                 let missing = 1.0 - influence.iter().map(|(_, weight)| weight).sum::<f32>();
                 *position = moved + self.origin * missing;

@@ -1,9 +1,10 @@
 //! How far are levels of detail, hand-made ranges and full detail from the truth, on the adapter at hand?
 //!
 //! `cargo bench -p fieldlod_tests --bench truth -- forest 60` draws 60 trees with radii of 3, 6, 12 and 24 pixels;
-//! other scenes are drawn from the start of their paths. `--px 1,2,4` selects the thresholds of the plugin, and `--off`
-//! draws without multisampling instead of with four samples, Bevy's default. The distances of hand-made ranges have a
-//! common factor, at which their error from the truth is that of the plugin at its first threshold.
+//! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths. `--px 1,2,4` selects the
+//! thresholds of the plugin, and `--off` draws without multisampling instead of with four samples, Bevy's default. The
+//! distances of hand-made ranges have a common factor, at which their error from the truth is that of the plugin at its
+//! first threshold.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
 //! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
@@ -37,19 +38,24 @@ fn main() {
     let size = args.iter().find_map(|arg| arg.parse().ok());
     let scene = args.iter().find_map(|name| Scene::named(name, size));
     let scene = scene.unwrap_or_else(|| Scene::named("forest", Some(60)).expect("a name"));
-    let at = args.iter().position(|arg| arg == "--px");
-    let thresholds = at.map_or("1,2", |at| &args[at + 1]);
-    let thresholds: Vec<f32> = thresholds
-        .split(',')
-        .filter_map(|px| px.parse().ok())
-        .collect();
+    let list = |name: &str, default: &str| -> Vec<f32> {
+        let at = args.iter().position(|arg| arg == name);
+        let list = at
+            .and_then(|at| args.get(at + 1))
+            .map_or(default, String::as_str);
+        list.split(',')
+            .filter_map(|number| number.parse().ok())
+            .collect()
+    };
+    let thresholds = list("--px", "1,2");
     let msaa = if args.iter().any(|arg| arg == "--off") {
         Msaa::Off
     } else {
         Msaa::Sample4
     };
     let places: Vec<(String, Transform)> = if scene.name == "forest" {
-        [3.0, 6.0, 12.0, 24.0].map(tree_at).into()
+        let radii = list("--radii", "3,6,12,24");
+        radii.into_iter().map(tree_at).collect()
     } else {
         vec![("start".into(), scene.start())]
     };

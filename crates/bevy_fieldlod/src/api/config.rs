@@ -71,7 +71,8 @@ pub struct AdvancedAppConfig {
     /// Whether source meshes stay on the GPU while all views draw their units. By default they are evicted. They are
     /// uploaded again in the frame in which a view draws full detail or another [`Mesh3d`] or [`Mesh2d`] uses them.
     /// Enable it if a ray tracer or a particle system uses the handles of source meshes, because the plugin cannot
-    /// detect these uses, or if the game removes meshes from `Assets<Mesh>` while entities draw them. Source meshes that are not in main memory always stay.
+    /// detect these uses, or if the game removes meshes from `Assets<Mesh>` while entities draw them. Source meshes that
+    /// are not in main memory always stay.
     pub sources_on_gpu: bool,
 }
 

@@ -91,7 +91,7 @@ pub(crate) fn largest_scale(world_from_local: &Affine3A) -> f32 {
 
 /// Whether a placed surface has an area and a place. Otherwise Bevy draws no pixel of it, and no error would be small
 /// enough.
-fn has_area(world_from_local: &Affine3A) -> bool {
+fn has_area(world_from_local: Affine3A) -> bool {
     let [x, y, z] = [0, 1, 2].map(|axis| world_from_local.matrix3.col(axis));
     let areas = [x.cross(y), y.cross(z), z.cross(x)];
     world_from_local.is_finite() && areas.iter().any(|area| *area != Vec3A::ZERO)
@@ -127,7 +127,7 @@ impl LodScene {
             .scene
             .add_instance(mesh.id, world_from_local, auto_lod.bias);
         let shown_on = layers;
-        let layers = if has_area(&world_from_local) {
+        let layers = if has_area(world_from_local) {
             layers
         } else {
             0
@@ -170,9 +170,9 @@ impl LodScene {
 
     /// Moves an instance.
     pub(crate) fn set_placement(&mut self, id: InstanceId, world_from_local: Affine3A) {
-        let had_area = has_area(&self.scene.placement(id));
+        let had_area = self.scene.placement(id).is_some_and(has_area);
         self.scene.set_placement(id, world_from_local);
-        if had_area != has_area(&world_from_local) {
+        if had_area != has_area(world_from_local) {
             self.update_layers(id);
         }
     }
@@ -189,7 +189,7 @@ impl LodScene {
     }
 
     fn update_layers(&mut self, id: InstanceId) {
-        let has_area = has_area(&self.scene.placement(id));
+        let has_area = self.scene.placement(id).is_some_and(has_area);
         let instance = self.instances[id.index()].as_mut();
         let Some(instance) = instance.filter(|instance| instance.id == id) else {
             return;

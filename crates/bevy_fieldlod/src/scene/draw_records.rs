@@ -1,8 +1,6 @@
 //! A numbered record for every entity that the plugin draws. Filtering the lists of visible entities is then a
 //! look-up by index.
 
-use std::collections::BTreeSet;
-
 use bevy::prelude::*;
 
 /// How an entity is drawn.
@@ -44,8 +42,8 @@ pub(crate) struct DrawRecords {
     record_of_entity: Vec<u32>,
     /// Freed records whose numbers some view may still count as visible.
     freed: Vec<u32>,
-    /// Records to reuse, the lowest first.
-    free: BTreeSet<u32>,
+    /// Records to reuse.
+    free: Vec<u32>,
     /// How many units have a record, and how many of these units no view draws.
     unit_count: usize,
     idle_count: usize,
@@ -76,7 +74,7 @@ impl DrawRecords {
 
     fn add(&mut self, record: DrawRecord) -> u32 {
         // Reusing numbers bounds the length of the lists of views.
-        if let Some(index) = self.free.pop_first() {
+        if let Some(index) = self.free.pop() {
             self.records[index as usize] = record;
             return index;
         }
@@ -189,9 +187,9 @@ impl DrawRecords {
         let entity = record.entity.take()?;
         self.dropped.push(entity);
         // A later entity may have reused the index.
-        let record_of_entity = self.record_of_entity.get_mut(entity.index_u32() as usize);
-        if let Some(record) = record_of_entity.filter(|record| **record == index) {
-            *record = NO_RECORD;
+        let record_of_entity = &mut self.record_of_entity[entity.index_u32() as usize];
+        if *record_of_entity == index {
+            *record_of_entity = NO_RECORD;
         }
         Some(entity)
     }
@@ -208,60 +206,8 @@ impl DrawRecords {
         &self.freed
     }
 
-    /// Makes freed records available for reuse, and frees the memory behind the last used record.
+    /// Makes freed records available for reuse.
     pub(crate) fn recycle(&mut self) {
-        if self.freed.is_empty() {
-            return;
-        }
-        self.free.extend(self.freed.drain(..));
-        // `take_moves` still returns placed records.
-        if self.placed.is_empty() {
-            let mut count = self.records.len();
-            while count > 0 && self.free.remove(&(count as u32 - 1)) {
-                count -= 1;
-            }
-            truncate(&mut self.records, count);
-        }
-        let last = self
-            .record_of_entity
-            .iter()
-            .rposition(|&record| record != NO_RECORD);
-        truncate(&mut self.record_of_entity, last.map_or(0, |last| last + 1));
-    }
-}
-
-/// Truncates a list, and frees its memory if most of it is unused.
-fn truncate<T>(list: &mut Vec<T>, count: usize) {
-    list.truncate(count);
-    if list.capacity() / 4 > count {
-        list.shrink_to(count * 2);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn memory_is_freed_after_despawns() {
-        let mut records = DrawRecords::default();
-        let entity = |index: u32| Entity::from_raw_u32(index).expect("a valid index");
-        for index in 0..10_000 {
-            records.add_entity(entity(index), DrawKind::Source);
-        }
-        records.take_moves();
-        (100..10_000).for_each(|index| records.free_entity(entity(index)));
-        records.recycle();
-        let capacities = [
-            records.records.capacity(),
-            records.record_of_entity.capacity(),
-        ];
-        assert!(
-            capacities.iter().all(|&capacity| capacity <= 400),
-            "{capacities:?}"
-        );
-        assert_eq!(records.find(entity(100)).map(|(record, _)| record), None);
-        assert_eq!(records.find(entity(99)).map(|(record, _)| record), Some(99));
-        assert_eq!(records.add_unit(0, 0), 100);
+        self.free.append(&mut self.freed);
     }
 }

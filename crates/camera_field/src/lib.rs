@@ -47,7 +47,7 @@
 //! | §4.1.2 texture filter | [`FilterKernel`] |
 //! | §4.1.3 projection factor (16) | [`Intrinsics::projection_factor`] |
 //! | §4.1.4 mip level | [`filter_dimension`], [`mip_level`] |
-//! | §4.1.5, §4.2.2 level of detail | bounds as [`SphereBound`]; [`coarsest_level`], a simple use of them (`fieldlod_select` has its own criterion) |
+//! | §4.1.5, §4.2.2 level of detail | [`coarsest_level`], bounds as [`SphereBound`]; `fieldlod_select` has its own criterion |
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!

@@ -168,20 +168,13 @@ fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
 fn share_grids(primitives: &mut [BakedPrimitive], space_of_mesh: &[u32]) {
     let mut first: Vec<u32> = (0..primitives.len() as u32).collect();
     let mut at: FxHashMap<_, u32> = FxHashMap::default();
-    for (
-        index,
-        BakedPrimitive {
-            mesh_index,
-            hierarchy,
-            ..
-        },
-    ) in (0..).zip(&*primitives)
-    {
-        let space = space_of_mesh[*mesh_index as usize];
-        let positions = hierarchy.vertices.positions.iter();
+    for (index, primitive) in (0..).zip(&*primitives) {
+        let space = space_of_mesh[primitive.mesh_index as usize];
+        let positions = primitive.hierarchy.vertices.positions.iter();
         let positions = positions.map(|position| (space, bits(*position), 0));
         // Primitives that change levels together have equal spheres.
-        let spheres = hierarchy.groups.iter().take(1).map(|group| group.bounds);
+        let groups = primitive.hierarchy.groups.iter().take(1);
+        let spheres = groups.map(|group| group.bounds);
         let spheres = spheres.map(|s| (u32::MAX, bits(s.center), s.radius.to_bits()));
         for key in positions.chain(spheres) {
             connect(&mut first, index, *at.entry(key).or_insert(index));

@@ -64,7 +64,8 @@ pub(crate) fn fallback_lines(title: &str, report: &BakeReport) -> String {
         if count > 0 {
             let groups = if count == 1 { "group" } else { "groups" };
             let advice = if kind == FallbackKind::TexturesTorn {
-                "; if it shows, join texture islands in the source, or set `displacement_px` to draw these levels farther away"
+                "; if it shows, join texture islands in the source, or set `displacement_px` to draw these levels \
+                 farther away"
             } else {
                 ""
             };

@@ -15,9 +15,9 @@ use serde::Serialize;
 
 use crate::bake::add_clips;
 
-/// Check a .fieldlod or .fieldpages file against its source: invariants, deviations at denser samples, and pictures of each level from
-/// six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Skinned and morphed meshes are
-/// checked in the poses of their animations.
+/// Check a .fieldlod or .fieldpages file against its source: invariants, deviations at denser samples, and pictures of
+/// each level from six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Skinned and morphed
+/// meshes are checked in the poses of their animations.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked, or the scene that `bake --scene` wrote beside its files.

@@ -83,11 +83,19 @@ impl AutoLod {
 
     /// Whether [`request`](Self::request) is the same, without a copy.
     pub(crate) fn is_same_request(&self, other: &Self) -> bool {
+        // Without `..`, so that a new field is not forgotten.
+        let Self {
+            bias: _,
+            baked,
+            kind,
+            #[cfg(feature = "bake")]
+            bake,
+        } = self;
         #[cfg(feature = "bake")]
-        let is_same_bake = self.bake == other.bake;
-        #[cfg(not(feature = "bake"))]
-        let is_same_bake = true;
-        is_same_bake && self.baked == other.baked && self.kind == other.kind
+        if *bake != other.bake {
+            return false;
+        }
+        *baked == other.baked && *kind == other.kind
     }
 
     /// Without the bias, which does not affect preparation. Entities with equal requests share levels.

@@ -203,6 +203,7 @@ impl LodError {
 }
 
 impl FieldLodEvent {
+    /// The event of a failure. `FailureLog` logs it, with the name of an entity.
     pub(crate) fn failed(assets: &AssetServer, mesh: AssetId<Mesh>, error: LodError) -> Self {
         let path = asset_path(assets, mesh);
         Self::Failed { mesh, path, error }

@@ -8,8 +8,8 @@ use crate::settings::LodSettings;
 /// Share of the budget below which a finer threshold is searched. The walk used 0.97 of the budget with 26 searches. At
 /// 0.9 it used 0.95 to 0.96 with 10; at 0.975 it used 0.98 with 46 to 61, and changed 1.2 to 1.4 times as many cuts.
 const DEAD_BAND_FROM: f64 = 0.95;
-/// Frames with other input after which a search is repeated although the previous search could not use more of the budget. Groups are
-/// refined as a whole, so the budget may be out of reach for a while. With 8 frames the walk took up to 1.3 times as
+/// Frames with other input after which a search is repeated although the previous search could not use more of the
+/// budget. Groups are refined as a whole, so the budget may be out of reach for a while. With 8 frames the walk took up to 1.3 times as
 /// many searches to use up to 0.005 more of the budget; with 32 it took 0.7 to 0.9 times as many for up to 0.005 less.
 const PATIENCE: u32 = 16;
 /// Largest number of selections in one search: enough to bracket any budget and to halve the interval to

@@ -1,7 +1,7 @@
 //! A folder that caches baked hierarchies between runs.
 
 use std::fmt::Display;
-use std::io::{self, ErrorKind::NotADirectory, ErrorKind::NotFound};
+use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -36,7 +36,9 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
         // A folder that cannot be created is reported by `write`.
-        Err(error) if matches!(error.kind(), NotFound | NotADirectory) => return None,
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            return None;
+        }
         Err(error) => {
             unusable(&error);
             return None;

@@ -33,10 +33,10 @@ const ALLOWED: [f32; SIZES] = [1.25; SIZES];
 /// The levels of half the threshold have 6 and 20 times the triangles at 3 and 6 px, and at 6 px a worse picture. Those
 /// of twice the threshold are blotchy at 12 px, with an error of 1.24.
 const ALLOWED_FOR_PLANTS: [f32; SIZES] = [1.25, 1.25, 1.875, 3.75, 7.5];
-/// Largest spread of the covered area over the directions, as a share of the source's area: a root mean square. Few large
-/// leaves cover more from one side than from another. Between levels of a crown with a spread of 0.02, 0.03 and 0.06, the
-/// area seen from one side changes by 1, 2 and 6 %.
-const MAX_AREA_SPREAD: f32 = 0.03;
+/// Largest relative spread of the covered area over the directions: a standard deviation. Few large leaves cover more from
+/// one side than from another. Next to levels of a crown with a spread of 0.006, 0.024 and 0.06, the area seen from one
+/// side changes by 1, 2 and 6 %. With a smaller limit, far plants have more triangles.
+const MAX_AREA_SPREAD: f32 = 0.022;
 /// Radius from which on the spread of the area counts: a crown covers some 30 pixels then, and 6 % are two of them.
 const AREA_SEEN_FROM_PX: f32 = 3.0;
 /// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a
@@ -125,7 +125,8 @@ fn sphere_of(hierarchy: &Hierarchy) -> Sphere {
 struct Look {
     /// At each size, the largest first: a root mean square over all directions, relative to the detail of the source.
     differences: [f32; SIZES],
-    /// Relative difference of the covered area: a root mean square over all directions.
+    /// Standard deviation over all directions of the covered area as a share of the source's, relative to the mean. The
+    /// mean says little: if the opacity of leaves is unknown, these pictures show them opaque.
     area_spread: f32,
 }
 
@@ -209,10 +210,11 @@ fn looks_of(hierarchy: &Hierarchy, cuts: &[WholeMeshCut], surfaces: &Surfaces) -
     let area_spread = |level: usize| {
         let of_view = by_view.iter().map(|levels| {
             let [source, level] = levels[level][0].covered_by;
-            let relative = (level - source) / source.max(1.0);
-            relative * relative
+            level / source.max(1.0)
         });
-        (of_view.sum::<f32>() / DIRECTIONS as f32).sqrt()
+        let mean = of_view.clone().sum::<f32>() / DIRECTIONS as f32;
+        let squares = of_view.map(|share| (share / mean - 1.0) * (share / mean - 1.0));
+        (squares.sum::<f32>() / DIRECTIONS as f32).sqrt()
     };
     let of_level = |level: usize| Look {
         differences: std::array::from_fn(|size| relative(level, size)),

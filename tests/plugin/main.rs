@@ -46,6 +46,5 @@ mod views {
     mod cameras;
     mod debug;
     mod settings;
-    mod textures;
     mod visible_flux;
 }

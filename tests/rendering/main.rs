@@ -19,7 +19,6 @@ mod drawn_meshes;
 mod gltf_file;
 mod gpu_culling;
 mod holes;
-mod motion;
 mod picture;
 mod soak;
 mod sources;

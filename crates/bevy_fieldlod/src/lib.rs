@@ -81,7 +81,6 @@ mod pages;
 mod prepare;
 mod scene;
 mod select;
-mod textures;
 mod visible_flux;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -109,7 +108,6 @@ pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
 pub use scene::lod_mesh::LodState;
-pub use textures::{FieldLodTextureDemand, FieldLodTexturePlugin, TextureDetail};
 pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 
 /// The types that most games import.

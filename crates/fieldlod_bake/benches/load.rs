@@ -12,9 +12,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, fixtures};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FileOptions, Group, Hierarchy, Precision, Unit,
-};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Group, Hierarchy, Precision, Unit};
 use glam::{Vec2, Vec3};
 
 use common::{models, seconds_on_core};
@@ -25,16 +23,8 @@ const BATCH: Duration = Duration::from_millis(250);
 
 fn main() {
     println!(
-        "{:<18} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}",
-        "mesh",
-        "triangles",
-        "attributes",
-        "lossless",
-        "quantized",
-        "beside",
-        "beside",
-        "lossless",
-        "quantized"
+        "{:<18} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9}",
+        "mesh", "triangles", "attributes", "lossless", "quantized", "lossless", "quantized"
     );
     for (name, mut mesh) in meshes() {
         // Without these attributes, file sizes of different models are comparable.
@@ -58,21 +48,15 @@ fn report(name: &str, mesh: &SourceMesh) {
     let primitives = vec![BakedPrimitive::new(0, 0, "mesh", hierarchy)];
     let file = BakedFile { primitives };
     let [lossless, quantized] = [Precision::Lossless, Precision::Quantized16].map(|precision| {
-        let bytes = file.to_bytes_with(precision.into());
+        let bytes = file.to_bytes_with(precision);
         let read = BakedFile::from_bytes(&bytes).expect("the file was just written");
         assert!(precision == Precision::Quantized16 || read == file);
         let seconds = shortest(|| assert!(BakedFile::from_bytes(black_box(&bytes)).is_ok()));
-        let beside_source = file.to_bytes_with(FileOptions {
-            precision,
-            beside_source: true,
-        });
-        let each = |bytes: &[u8]| bytes.len() as f64 / triangles as f64;
-        (each(&bytes), each(&beside_source), megabytes / seconds)
+        (bytes.len() as f64 / triangles as f64, megabytes / seconds)
     });
     println!(
-        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.0} \
-         {:>9.0}",
-        lossless.0, quantized.0, lossless.1, quantized.1, lossless.2, quantized.2
+        "{name:<18} {triangles:>9} {attributes:>10} {:>9.2} {:>9.2} {:>9.0} {:>9.0}",
+        lossless.0, quantized.0, lossless.1, quantized.1
     );
 }
 

@@ -46,7 +46,7 @@ fn report(name: &str, mesh: &SourceMesh, file: &BakedFile, precision: Precision,
         precision,
         page_bytes: kib << 10,
     };
-    let whole = file.to_bytes_with(precision.into()).len();
+    let whole = file.to_bytes_with(precision).len();
     let bytes = PagedFile::to_bytes(file, options);
     let paged = PagedFile::from_contents(&bytes).expect("the file was just written");
     let (mesh_read, end) = (&paged.meshes[0], PagedFile::contents_end(&bytes).unwrap());

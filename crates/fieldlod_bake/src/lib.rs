@@ -82,9 +82,7 @@ pub const REVISION: u32 = 9;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[cfg(any(test, feature = "test-support"))]
-pub use characters::support::{
-    Character, Part, Pose, clip_poses, deviations, plain_levels, pose_at,
-};
+pub use characters::support::{Character, Part, Pose, clip_poses, deviations, plain_levels};
 pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 pub use config::BakeConfig;
 pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};

@@ -11,7 +11,7 @@ use fieldlod_bake::{
     import_gltf, import_gltf_bytes, unpack_gltf,
 };
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, FileOptions, PageOptions, PagedFile, Precision};
+use fieldlod_hierarchy::{BakedFile, PageOptions, PagedFile, Precision};
 use percent_encoding::percent_decode_str;
 use serde::Serialize;
 
@@ -31,17 +31,13 @@ pub(crate) struct Arguments {
     /// Round vertex attributes to 16 bits: halves the file.
     #[arg(long)]
     quantize: bool,
-    /// Leave out the vertices of the source: saves a third of the file. The file can then only be used
-    /// together with the unchanged glTF file.
-    #[arg(long)]
-    beside_source: bool,
     /// Write a .fieldpages file, which is streamed in pages: for worlds that are larger than memory. Pages cannot hold
     /// skinned or morphed meshes.
-    #[arg(long, conflicts_with = "beside_source")]
+    #[arg(long)]
     pages: bool,
     /// Write a folder. Its .glb file holds the scene with nodes, materials and small meshes. Its .fieldpages file holds
     /// the large meshes, and its .fieldlod file the levels of the small meshes.
-    #[arg(long, conflicts_with_all = ["beside_source", "pages"], requires = "output")]
+    #[arg(long, conflicts_with = "pages", requires = "output")]
     scene: bool,
     /// With --scene: meshes with fewer triangles stay in the scene, and all their levels stay in memory.
     #[arg(long, default_value_t = 20_000, requires = "scene")]
@@ -164,17 +160,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     // Edges of the exact mesh: quantization changes them.
     let edges = arguments.quantize.then(|| median_edges(&outcome.file));
-    let options = FileOptions {
-        precision: arguments.precision(),
-        beside_source: arguments.beside_source,
-    };
-    let mut bytes = outcome.file.to_bytes_with(options);
+    let precision = arguments.precision();
+    let mut bytes = outcome.file.to_bytes_with(precision);
     let pages = arguments
         .pages
         .then(|| PagedFile::to_bytes(&outcome.file, arguments.page_options()));
-    if options != FileOptions::default() {
+    if precision != Precision::default() {
         // The report describes the file, which differs from the bake.
-        let written = BakedFile::from_bytes_beside_source(&bytes);
+        let written = BakedFile::from_bytes(&bytes);
         outcome.file = written.map_err(|error| Failure::new(&output, error))?;
     }
     bytes = pages.unwrap_or(bytes);
@@ -277,11 +270,8 @@ impl SceneFiles {
             files.push((pages.clone(), bytes));
         }
         if !scene.small.primitives.is_empty() {
-            let beside_source = FileOptions {
-                precision: arguments.precision(),
-                beside_source: true,
-            };
-            files.push((path("fieldlod"), scene.small.to_bytes_with(beside_source)));
+            let bytes = scene.small.to_bytes_with(arguments.precision());
+            files.push((path("fieldlod"), bytes));
         }
         // The scene comes last, so that the files that it names exist.
         files.push((path("glb"), scene.glb));

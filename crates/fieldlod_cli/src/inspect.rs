@@ -37,8 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if PagedFile::is_paged(&bytes) {
         return inspect_pages(arguments, &bytes);
     }
-    let file =
-        BakedFile::from_bytes_beside_source(&bytes).map_err(|error| Failure::new(path, error))?;
+    let file = BakedFile::from_bytes(&bytes).map_err(|error| Failure::new(path, error))?;
     let report = Report {
         file: path.display().to_string(),
         format_version: FORMAT_VERSION,
@@ -88,9 +87,6 @@ fn primitive_text(primitive: &PrimitiveSummary) -> String {
             "skinned: joint {joint} places it; lengths hold in the poses of the bake"
         );
     }
-    if primitive.source_vertices_left_out {
-        text.push_str("without the vertices of the source: needs the glTF file\n");
-    }
     // One row for each level.
     let _ = writeln!(
         text,
@@ -116,10 +112,7 @@ fn level_text(level: &LevelSummary) -> String {
         level.groups,
         level.units,
         thousands(level.triangles),
-        match level.area_share {
-            Some(share) => format!("{:.1}%", share * 100.0),
-            None => "-".to_owned(),
-        },
+        format!("{:.1}%", level.area_share * 100.0),
         deviation(|spread| spread.min),
         deviation(|spread| spread.median),
         deviation(|spread| spread.max),

@@ -12,8 +12,6 @@ pub(crate) struct PrimitiveSummary {
     pub(crate) name: String,
     /// Vertices of the source.
     pub(crate) source_vertices: u32,
-    /// Whether the file omits the vertices of the source.
-    pub(crate) source_vertices_left_out: bool,
     /// Vertices created by simplification.
     pub(crate) moved_vertices: u32,
     /// Largest distance between a position in the file and in the source; 0 in a lossless file.
@@ -42,9 +40,8 @@ pub(crate) struct LevelSummary {
     /// Deviations of these groups from the source; `None` if not measured.
     pub(crate) deviation_in_local: Option<Spread>,
     pub(crate) radius_in_local: Option<Spread>,
-    /// Area of the mesh at this level relative to the source; `None` if the file leaves out the
-    /// vertices of the source.
-    pub(crate) area_share: Option<f64>,
+    /// Area of the mesh at this level relative to the source.
+    pub(crate) area_share: f64,
 }
 
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -78,7 +75,6 @@ impl PrimitiveSummary {
             primitive: primitive.primitive_index,
             name: primitive.name.clone(),
             source_vertices: hierarchy.source_vertex_count,
-            source_vertices_left_out: hierarchy.lacks_source_vertices(),
             moved_vertices: vertices as u32 - hierarchy.source_vertex_count,
             position_error_in_local: primitive.position_error_in_local,
             carrier_joint: primitive.hierarchy.carrier_joint,
@@ -121,7 +117,7 @@ impl LevelSummary {
             error_in_local: Spread::of(simplified().map(|group| group.error_in_local)),
             deviation_in_local: Spread::of(deviations.filter(|deviation| deviation.is_finite())),
             radius_in_local: Spread::of(groups.iter().map(|group| group.bounds.radius)),
-            area_share: (!hierarchy.lacks_source_vertices()).then(|| area_share(hierarchy, level)),
+            area_share: area_share(hierarchy, level),
         }
     }
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, SourceMesh, Verified, VerifyError,
-    VerifySettings, import_gltf, unpack_gltf, verify, verify_rigged,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, VerifySettings, import_gltf,
+    unpack_gltf, verify, verify_rigged,
 };
 use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileError, Hierarchy, PagedFile};
@@ -115,7 +115,7 @@ fn add_file(file: &mut BakedFile, path: &Path, import: &mut Import) -> Result<()
     let read = if PagedFile::is_paged(&bytes) {
         read_pages(&bytes, file, import)
     } else {
-        BakedFile::from_bytes_beside_source(&bytes)
+        BakedFile::from_bytes(&bytes)
     };
     for primitive in read.map_err(|error| Failure::new(path, error))?.primitives {
         if file
@@ -172,30 +172,12 @@ fn remove_primitives_in_pages(import: &mut Import, source: &Path) -> Result<usiz
     Ok(before - import.primitives.len())
 }
 
-/// Verifies a hierarchy, which may lack the vertices of its source.
-fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, VerifyError> {
-    let settings = VerifySettings::default();
-    if !baked.lacks_source_vertices() {
-        return verify(source, baked, &settings);
-    }
-    // The vertices of another mesh would not fit.
-    if baked.source != source.source_hash() {
-        return Err(VerifyError::OtherSource);
-    }
-    let vertices = source.finite_vertices();
-    let whole = baked.clone().with_source_vertices(&vertices)?;
-    verify(source, &whole, &settings)
-}
-
 /// Verifies the skinned and morphed primitives of a file, each with its index.
 fn verify_rigged_of(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveReport)> {
     let baked = import.primitives.iter().map(|primitive| {
         let place = &primitive.place;
         let baked = file.find(place.mesh_index, place.primitive_index)?;
-        let vertices = primitive.mesh.finite_vertices();
-        // A hierarchy of another mesh becomes an empty hierarchy. Its hash also differs, so the check fails.
-        let whole = baked.hierarchy.clone().with_source_vertices(&vertices);
-        Some(whole.unwrap_or_default())
+        Some(baked.hierarchy.clone())
     });
     let baked: Vec<Option<Hierarchy>> = baked.collect();
     let verified = verify_rigged(import, &baked, &VerifySettings::default()).into_iter();
@@ -232,7 +214,7 @@ impl PrimitiveReport {
         let Some(baked) = file.find(report.mesh, report.primitive) else {
             return report.failed(&"it is not in the file");
         };
-        match verify_against(&imported.mesh, &baked.hierarchy) {
+        match verify(&imported.mesh, &baked.hierarchy, &VerifySettings::default()) {
             Ok(verified) => Self {
                 samples: verified.samples,
                 source_to_simplified: verified.source_to_simplified,

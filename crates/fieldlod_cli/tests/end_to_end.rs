@@ -311,20 +311,6 @@ fn outputs_that_are_links_or_pipes_stay() {
     assert!(reader.join().unwrap() == expected && !pipe.is_file());
 }
 
-#[test]
-fn files_without_source_vertices_are_verified() {
-    let folder = TempDir::new().unwrap();
-    let input = grid_glb(folder.path(), 64);
-    let output = input.with_extension("fieldlod");
-    for options in [&["--beside-source"][..], &["--beside-source", "--quantize"]] {
-        self::output(&[&["bake", text(&input)], options].concat());
-        let shown = self::output(&["inspect", text(&output)]);
-        let expected = "without the vertices of the source";
-        assert!(shown.contains(expected), "{shown}");
-        self::output(&["verify", text(&input), text(&output)]);
-    }
-}
-
 /// A killed bake leaves the old file or the complete new file.
 #[test]
 fn stopped_bake_leaves_no_partial_file() {

@@ -32,7 +32,7 @@ mod reader;
 mod sections;
 mod vertices;
 
-pub use contents::{BakedFile, BakedPrimitive, FileOptions};
+pub use contents::{BakedFile, BakedPrimitive};
 pub use error::{FORMAT_VERSION, FileError};
 pub use paged::{Page, PageOptions, PagedFile, PagedMesh};
 pub use vertices::quantize::Precision;
@@ -45,24 +45,24 @@ use reader::Reader;
 const _: () = assert!(cfg!(target_endian = "little"));
 
 impl BakedFile {
-    /// Encodes the file losslessly and with all vertices. Equal contents give equal bytes.
+    /// Encodes the file losslessly. Equal contents give equal bytes.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.to_bytes_with(FileOptions::default())
+        self.to_bytes_with(Precision::default())
     }
 
-    /// Encodes the file. Equal contents give equal bytes.
+    /// Encodes the file with this precision of vertex attributes. Equal contents give equal bytes.
     ///
     /// # Panics
     /// If a hierarchy is not valid.
     #[must_use]
-    pub fn to_bytes_with(&self, options: FileOptions) -> Vec<u8> {
+    pub fn to_bytes_with(&self, precision: Precision) -> Vec<u8> {
         let primitives = self.primitives.iter();
         let (entries, parts): (Vec<Entry>, Vec<Vec<Vec<u8>>>) = primitives
-            .map(|primitive| encode::encode(primitive, options))
+            .map(|primitive| encode::encode(primitive, precision))
             .unzip();
         let mut bytes = layout::write(&entries);
         bytes.extend(in_file_order(&parts).flatten());
@@ -72,47 +72,25 @@ impl BakedFile {
     /// Decodes and validates a file.
     ///
     /// # Errors
-    /// A [`FileError`] if the bytes are not a valid file. [`FileError::SourceVerticesLeftOut`] if the
-    /// file was written [`beside_source`](FileOptions::beside_source).
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
-        let file = read(bytes)?;
-        let mut primitives = file.primitives.iter();
-        match primitives.position(|primitive| primitive.hierarchy.lacks_source_vertices()) {
-            Some(primitive) => Err(FileError::SourceVerticesLeftOut { primitive }),
-            None => Ok(file),
-        }
-    }
-
-    /// Decodes a file that may omit source vertices.
-    ///
-    /// If a hierarchy [lacks source vertices](crate::Hierarchy::lacks_source_vertices), call
-    /// [`with_source_vertices`](crate::Hierarchy::with_source_vertices) before other methods. It also
-    /// runs the checks that need vertices.
-    ///
-    /// # Errors
     /// A [`FileError`] if the bytes are not a valid file.
-    pub fn from_bytes_beside_source(bytes: &[u8]) -> Result<Self, FileError> {
-        read(bytes)
-    }
-}
-
-fn read(bytes: &[u8]) -> Result<BakedFile, FileError> {
-    let (entries, sections) = layout::read(bytes)?;
-    check_length(&entries, sections.len() as u64)?;
-    // Sections of all primitives alternate, as they were written: the front of a file holds complete coarse cuts.
-    let longest = entries.iter().map(|entry| entry.sections.len()).max();
-    let decoders = entries.into_iter().map(|entry| Decoder::new(entry, false));
-    let mut decoders: Vec<Decoder> = decoders.collect();
-    let mut reader = Reader { rest: sections };
-    for _ in 0..longest.unwrap_or(0) {
-        for decoder in &mut decoders {
-            decoder.read_section(&mut reader)?;
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, FileError> {
+        let (entries, sections) = layout::read(bytes)?;
+        check_length(&entries, sections.len() as u64)?;
+        // Sections of all primitives alternate, as they were written: the front of a file holds complete coarse cuts.
+        let longest = entries.iter().map(|entry| entry.sections.len()).max();
+        let decoders = entries.into_iter().map(|entry| Decoder::new(entry, false));
+        let mut decoders: Vec<Decoder> = decoders.collect();
+        let mut reader = Reader { rest: sections };
+        for _ in 0..longest.unwrap_or(0) {
+            for decoder in &mut decoders {
+                decoder.read_section(&mut reader)?;
+            }
         }
+        let primitives = decoders.into_iter().map(Decoder::finish);
+        Ok(Self {
+            primitives: primitives.collect::<Result<_, _>>()?,
+        })
     }
-    let primitives = decoders.into_iter().map(Decoder::finish);
-    Ok(BakedFile {
-        primitives: primitives.collect::<Result<_, _>>()?,
-    })
 }
 
 /// The first item of each list, the second item of each list, and so on.

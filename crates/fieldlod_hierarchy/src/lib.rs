@@ -50,8 +50,8 @@ mod whole_mesh;
 
 pub use bounds::{Aabb, Sphere};
 pub use file::{
-    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, FileOptions, Page, PageOptions,
-    PagedFile, PagedMesh, Precision,
+    BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Page, PageOptions, PagedFile, PagedMesh,
+    Precision,
 };
 pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 #[doc(hidden)]

@@ -27,15 +27,6 @@ pub enum InvalidHierarchy {
     /// `moved_from` is neither empty nor complete.
     #[error("{count} entries of moved_from for {moved} moved vertices")]
     MovedFromCount { count: usize, moved: usize },
-    /// The hierarchy was read from a file that omits source vertices.
-    #[error("the vertices of the source mesh are missing")]
-    LacksSourceVertices,
-    /// The given source mesh has another number of vertices than the baked mesh.
-    #[error("the source mesh has {vertices} vertices, but {expected} are expected")]
-    OtherSource { vertices: usize, expected: usize },
-    /// Source vertices and moved vertices have different attributes.
-    #[error("only the source vertices or only the moved vertices have {attribute}")]
-    OtherAttributes { attribute: &'static str },
     /// A position is NaN or infinite.
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
@@ -123,18 +114,9 @@ impl Hierarchy {
     /// # Errors
     /// The first broken invariant.
     pub fn validate(&self) -> Result<(), InvalidHierarchy> {
-        if self.lacks_source_vertices() {
-            return Err(E::LacksSourceVertices);
-        }
         if let Some(vertex) = self.vertices.positions.iter().position(|p| !p.is_finite()) {
             return Err(E::PositionNotFinite { vertex });
         }
-        self.validate_without_positions()?;
-        self.check_bounds()
-    }
-
-    /// Checks the invariants that do not depend on positions.
-    pub(crate) fn validate_without_positions(&self) -> Result<(), InvalidHierarchy> {
         self.check_vertices()?;
         // These come first: later checks index with these ranges and references, and could panic.
         self.check_group_ranges()?;
@@ -142,7 +124,8 @@ impl Hierarchy {
         self.check_group_references()?;
         self.check_vertex_references()?;
         self.check_links()?;
-        self.check_errors()
+        self.check_errors()?;
+        self.check_bounds()
     }
 
     /// Checks groups, units and links of a hierarchy without geometry.

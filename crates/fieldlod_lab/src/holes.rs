@@ -19,7 +19,7 @@ pub fn open_edges(hierarchy: &Hierarchy, units: &[u32]) -> u64 {
 }
 
 /// Edges without a neighbour, by the bits of both ends, and their triangles in one direction minus those in the other.
-pub(crate) fn unpaired_edges(hierarchy: &Hierarchy, units: &[u32]) -> HashMap<[[u32; 3]; 2], i64> {
+fn unpaired_edges(hierarchy: &Hierarchy, units: &[u32]) -> HashMap<[[u32; 3]; 2], i64> {
     let positions = &hierarchy.vertices.positions;
     let mut balance: HashMap<[[u32; 3]; 2], i64> = HashMap::new();
     for &unit in units {

@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{FieldLodProcessorPlugin, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
-use fieldlod_hierarchy::{FileOptions, Precision};
+use fieldlod_hierarchy::Precision;
 use fieldlod_tests::apps::finish;
 use serde_json::json;
 use tempfile::TempDir;
@@ -51,11 +51,6 @@ fn rock() -> GltfFile {
     file
 }
 
-const OPTIONS: FileOptions = FileOptions {
-    precision: Precision::Quantized16,
-    beside_source: true,
-};
-
 /// Processes a folder of sources, and returns the processed `mesh.glb`.
 fn process(sources: &Path) -> Vec<u8> {
     let mut app = unfinished(assets(sources, true));
@@ -92,12 +87,15 @@ fn processed_file_needs_no_bake() {
     let folder = tempfile::tempdir().unwrap();
     let sources = sources_in(&folder, "mesh.glb", &file.glb_bytes());
     let processed = process(&sources);
-    // The file equals that of `fieldlod bake --quantize --beside-source`, and has the attributes of the rock.
+    // The file equals that of `fieldlod bake --quantize`, and has the attributes of the rock.
     let baked = bake_file(&sources.join("mesh.glb"), &BakeConfig::default(), &|_| ()).unwrap();
     let vertices = &baked.file.primitives[0].hierarchy.vertices;
     assert!(!vertices.tangents.is_empty() && !vertices.uvs_1.is_empty());
     assert!(!vertices.colors.is_empty());
-    assert_eq!(embedded(&processed), baked.file.to_bytes_with(OPTIONS));
+    assert_eq!(
+        embedded(&processed),
+        baked.file.to_bytes_with(Precision::Quantized16)
+    );
     std::fs::remove_dir_all(&sources).unwrap();
     std::fs::create_dir(&sources).unwrap();
 
@@ -123,7 +121,7 @@ fn processor_reads_textures_beside_file() {
         let processed = process(&sources);
         let baked = bake_file(&glb, &BakeConfig::default(), &|_| ()).unwrap();
         assert_eq!(baked.unread_images, []);
-        assert!(embedded(&processed) == baked.file.to_bytes_with(OPTIONS));
+        assert!(embedded(&processed) == baked.file.to_bytes_with(Precision::Quantized16));
         all.push(processed);
     }
     assert!(all[0] != all[1]);
@@ -136,7 +134,7 @@ fn processor_ignores_missing_texture() {
     let glb = sources.join("mesh.glb");
     let processed = process(&sources);
     let baked = bake_file(&glb, &BakeConfig::default(), &|_| ()).unwrap();
-    assert!(embedded(&processed) == baked.file.to_bytes_with(OPTIONS));
+    assert!(embedded(&processed) == baked.file.to_bytes_with(Precision::Quantized16));
     assert!(logged(Level::WARN, &["mesh.glb", "needles.png"]));
 }
 

@@ -14,7 +14,6 @@ use bevy_fieldlod::LodOrigin::{Baked, BesideAsset, Cache, File};
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodOrigin};
 use fieldlod_bake::{BakeConfig, bake_file};
-use fieldlod_hierarchy::FileOptions;
 
 use super::scenes::spawn_scene;
 use crate::character_files::{ball, tube};
@@ -337,16 +336,11 @@ fn levels_come_from_cache_and_files() {
     let baked = bake_file(&glb, &BakeConfig::default(), &|_| ())
         .unwrap()
         .file;
-    for beside_source in [false, true] {
-        let bytes = baked.to_bytes_with(FileOptions {
-            beside_source,
-            ..default()
-        });
-        file.write("lods.fieldlod", &bytes);
-        assert_eq!(run(&file, None, Some("lods.fieldlod")), [File; 2]);
-        file.write("mesh.fieldlod", &bytes);
-        assert_eq!(run(&file, None, None), [BesideAsset; 2]);
-    }
+    let bytes = baked.to_bytes();
+    file.write("lods.fieldlod", &bytes);
+    assert_eq!(run(&file, None, Some("lods.fieldlod")), [File; 2]);
+    file.write("mesh.fieldlod", &bytes);
+    assert_eq!(run(&file, None, None), [BesideAsset; 2]);
     // Levels depend on the clips of the file.
     std::fs::remove_file(file.folder().join("mesh.fieldlod")).unwrap();
     file.list("animations").pop();

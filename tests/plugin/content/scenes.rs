@@ -9,7 +9,6 @@ use bevy::prelude::*;
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{BakeConfig, SourceMesh, bake_file};
-use fieldlod_hierarchy::FileOptions;
 use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
 
@@ -84,24 +83,9 @@ fn second_of_two_trees() -> GltfFile {
 }
 
 fn bake(glb: &Path) -> Vec<u8> {
-    bake_with(glb, FileOptions::default())
-}
-
-fn bake_with(glb: &Path, options: FileOptions) -> Vec<u8> {
     let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
     assert!(outcome.skipped.is_empty());
-    outcome.file.to_bytes_with(options)
-}
-
-/// The file with all vertices, and the file without source vertices.
-fn bake_both(glb: &Path) -> [Vec<u8>; 2] {
-    [false, true].map(|beside_source| {
-        let options = FileOptions {
-            beside_source,
-            ..default()
-        };
-        bake_with(glb, options)
-    })
+    outcome.file.to_bytes()
 }
 
 /// Spawns the scene of `mesh.glb`, with the hierarchies of `lods` if there are any.
@@ -119,22 +103,19 @@ pub(crate) fn spawn_scene(app: &mut App, lods: Option<&'static str>) {
 fn file_matches_meshes_loaded_by_bevy() {
     let mut file = two_rocks();
     let glb = file.glb();
-    for bytes in bake_both(&glb) {
-        for (name, lods, origin) in [
-            ("named.fieldlod", Some("named.fieldlod"), LodOrigin::File),
-            ("mesh.fieldlod", None, LodOrigin::BesideAsset),
-        ] {
-            file.write(name, &bytes);
-            let mut app = app_in(file.folder());
-            spawn_scene(&mut app, lods);
-            ready(&mut app, 2);
-            assert_eq!(origins(&app), [origin; 2]);
-        }
+    let bytes = bake(&glb);
+    for (name, lods, origin) in [
+        ("named.fieldlod", Some("named.fieldlod"), LodOrigin::File),
+        ("mesh.fieldlod", None, LodOrigin::BesideAsset),
+    ] {
+        file.write(name, &bytes);
+        let mut app = app_in(file.folder());
+        spawn_scene(&mut app, lods);
+        ready(&mut app, 2);
+        assert_eq!(origins(&app), [origin; 2]);
     }
 }
 
-/// A faulty file that [`AutoLod`] names is an error. A faulty file beside the asset is a warning, and the mesh is
-/// baked.
 #[test]
 fn progress_counts_scenes_that_are_loaded() {
     let mut file = one_rock(4, 1);
@@ -161,6 +142,8 @@ fn progress_counts_scenes_that_are_loaded() {
     });
 }
 
+/// A faulty file that [`AutoLod`] names is an error. A faulty file beside the asset is a warning, and the mesh is
+/// baked.
 #[test]
 fn faulty_files_are_logged() {
     let mut file = two_rocks();

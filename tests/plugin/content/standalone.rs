@@ -9,14 +9,14 @@ use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
 use bevy_fieldlod::{LodError, LodUnit};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Precision};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Precision};
 
 use crate::headless::{
     app_in, failures, logged, progress, ready, run_until, spawn_camera, stats, units,
 };
 
 /// Writes the levels of a rock and of a larger one.
-fn write_rocks(folder: &Path, options: FileOptions) {
+fn write_rocks(folder: &Path, precision: Precision) {
     let bake = |(index, subdivisions)| {
         let rock = bake_mesh(&fixtures::rock(subdivisions, 1), &BakeConfig::fast());
         BakedPrimitive::new(0, index, "rock", rock.unwrap())
@@ -24,7 +24,7 @@ fn write_rocks(folder: &Path, options: FileOptions) {
     let file = BakedFile {
         primitives: [(0, 4), (1, 6)].map(bake).into(),
     };
-    fs::write(folder.join("rocks.fieldlod"), file.to_bytes_with(options)).unwrap();
+    fs::write(folder.join("rocks.fieldlod"), file.to_bytes_with(precision)).unwrap();
 }
 
 fn spawn(app: &mut App, primitive: u32, more: impl Bundle) -> Entity {
@@ -37,7 +37,7 @@ fn spawn(app: &mut App, primitive: u32, more: impl Bundle) -> Entity {
 fn file_without_gltf_is_drawn() {
     let folder = tempfile::tempdir().unwrap();
     for precision in [Precision::Lossless, Precision::Quantized16] {
-        write_rocks(folder.path(), precision.into());
+        write_rocks(folder.path(), precision);
         let mut app = app_in(folder.path());
         let camera = spawn_camera(&mut app, 4.0);
         let fine = AutoLod {
@@ -71,7 +71,7 @@ fn file_without_gltf_is_drawn() {
 #[test]
 fn removed_component_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    write_rocks(folder.path(), FileOptions::default());
+    write_rocks(folder.path(), Precision::Lossless);
     let mut app = app_in(folder.path());
     spawn_camera(&mut app, 4.0);
     let large = spawn(&mut app, 1, ());
@@ -103,7 +103,7 @@ fn failure(folder: &Path, primitive: u32) -> LodError {
 fn faults_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let file = || "rocks.fieldlod".to_owned();
-    write_rocks(folder.path(), FileOptions::default());
+    write_rocks(folder.path(), Precision::Lossless);
     let (mesh, primitive) = (0, 7);
     let missing = LodError::NoPrimitive {
         file: file(),
@@ -112,14 +112,6 @@ fn faults_are_reported() {
     };
     assert_eq!(failure(folder.path(), primitive), missing);
     assert!(logged(Level::ERROR, &["rocks.fieldlod", "no primitive 7"]));
-    // A file without source vertices, and a missing file.
-    let beside_source = FileOptions {
-        beside_source: true,
-        ..default()
-    };
-    write_rocks(folder.path(), beside_source);
-    let left_out = LodError::VerticesLeftOut { file: file() };
-    assert_eq!(failure(folder.path(), 0), left_out);
     fs::remove_file(folder.path().join("rocks.fieldlod")).unwrap();
     let not_loaded = LodError::FileNotLoaded { file: file() };
     assert_eq!(failure(folder.path(), 0), not_loaded);
@@ -131,7 +123,7 @@ fn file_that_loads_after_failure_is_drawn() {
     let mut app = app_in(folder.path());
     spawn(&mut app, 0, ());
     run_until(&mut app, "a failure", |app| !failures(app).is_empty());
-    write_rocks(folder.path(), FileOptions::default());
+    write_rocks(folder.path(), Precision::Lossless);
     let assets = app.world().resource::<AssetServer>();
     assets.reload("rocks.fieldlod");
     ready(&mut app, 1);

@@ -12,7 +12,7 @@ use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{
     BakeConfig, SourceMesh, Surface, SurfaceAlpha, TextureMapping, bake_file, bake_mesh, fixtures,
 };
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy};
 use fieldlod_tests::apps::bevy_mesh;
 use serde_json::json;
 
@@ -66,10 +66,7 @@ fn entry(surface: Option<Surface>) -> Vec<u8> {
 
 pub(crate) fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
     let primitives = vec![BakedPrimitive::new(0, 0, "", hierarchy)];
-    BakedFile { primitives }.to_bytes_with(FileOptions {
-        beside_source: true,
-        ..default()
-    })
+    BakedFile { primitives }.to_bytes()
 }
 
 /// The cache entry of cards with [`needles`].

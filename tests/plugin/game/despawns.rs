@@ -4,10 +4,10 @@ use std::collections::HashSet;
 
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
-use bevy_fieldlod::{FieldLodSystems, FieldLodTexturePlugin, LodUnit};
+use bevy_fieldlod::{FieldLodSystems, LodUnit};
 
 use crate::headless::{
-    add, app, app_with, before_a_camera, entity_count, insert, move_camera, ready, rock, run_until,
+    add, app, before_a_camera, entity_count, insert, move_camera, ready, rock, run_until,
     spawn_camera, spawn_rock, stats, units, visible,
 };
 
@@ -31,7 +31,7 @@ fn despawn_in_any_phase_does_not_panic() {
     use FieldLodSystems::{Filter, Prepare, Select, Track};
     for phase in [Track, Prepare, Select, Filter] {
         for frames in 0..2 {
-            let mut app = app_with(FieldLodTexturePlugin);
+            let mut app = app();
             // The commands of `despawn_all` and of the phase are applied together, the despawns first.
             let despawn_all = despawn_all.before_ignore_deferred(phase);
             app.init_resource::<Doomed>()

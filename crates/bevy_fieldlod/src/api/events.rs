@@ -154,12 +154,6 @@ pub enum LodError {
         /// Index of the primitive in the mesh.
         primitive: u32,
     },
-    /// The file cannot be drawn without its glTF file.
-    #[error("{file} does not contain the vertices of its source; bake it without --beside-source")]
-    VerticesLeftOut {
-        /// The `.fieldlod` file.
-        file: String,
-    },
     /// A `.fieldpages` file needs a [`LodMesh3d`](crate::LodMesh3d) and
     /// [`FieldLodPagesPlugin`](crate::FieldLodPagesPlugin).
     #[error("{file} is a .fieldpages file, which needs LodMesh3d and FieldLodPagesPlugin")]

@@ -71,7 +71,7 @@ impl AssetLoader for BakedLodsLoader {
         }
         let mut bytes = Vec::new();
         reader.read_to_end(&mut bytes).await?;
-        let file = BakedFile::from_bytes_beside_source(&bytes)?;
+        let file = BakedFile::from_bytes(&bytes)?;
         Ok(BakedLods::new(Arc::new(file)))
     }
 

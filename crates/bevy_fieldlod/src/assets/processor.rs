@@ -11,7 +11,7 @@ use bevy::gltf::{GltfLoader, GltfLoaderSettings};
 use bevy::prelude::*;
 use bevy::tasks::futures_lite::AsyncWriteExt;
 use fieldlod_bake::{BakeConfig, bake_file_bytes, import_gltf_bytes};
-use fieldlod_hierarchy::{FileOptions, Precision};
+use fieldlod_hierarchy::Precision;
 
 use crate::assets::glb;
 use crate::lock;
@@ -138,11 +138,7 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
             for unread in &outcome.unread_images {
                 warn!("{path}: {unread}");
             }
-            let options = FileOptions {
-                precision: Precision::Quantized16,
-                beside_source: true,
-            };
-            let file = outcome.file.to_bytes_with(options);
+            let file = outcome.file.to_bytes_with(Precision::Quantized16);
             glb::with_chunk(&glb, &file).unwrap_or_else(|| {
                 warn!(
                     "could not add levels of detail to {path}: it is not binary glTF or would exceed 4 GiB; processing \

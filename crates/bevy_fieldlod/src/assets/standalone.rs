@@ -16,7 +16,7 @@ use crate::prepare::track::AutoLodLookup;
 use crate::scene::unit_mesh::{source_indices, source_mesh};
 
 /// Draws a primitive of a `.fieldlod` or `.fieldpages` file, without the glTF file that it was baked from. Add a
-/// material of any type. A `.fieldlod` file must contain all vertices: bake it without `--beside-source`.
+/// material of any type.
 ///
 /// Once the file is loaded, the plugin inserts a [`Mesh3d`] and an [`AutoLod`] with the levels, or sets the levels of
 /// an existing [`AutoLod`]. Entities of the same primitive share the mesh and the levels. Removing this component
@@ -249,15 +249,11 @@ fn find<'a>(
     name: &str,
 ) -> Result<&'a BakedPrimitive, LodError> {
     let (mesh, primitive) = (wanted.mesh_index, wanted.primitive_index);
-    let found = file.find(mesh, primitive).ok_or(LodError::NoPrimitive {
+    file.find(mesh, primitive).ok_or(LodError::NoPrimitive {
         file: name.into(),
         mesh,
         primitive,
-    })?;
-    if found.hierarchy.lacks_source_vertices() {
-        return Err(LodError::VerticesLeftOut { file: name.into() });
-    }
-    Ok(found)
+    })
 }
 
 /// Removes the mesh together with the [`LodMesh3d`].

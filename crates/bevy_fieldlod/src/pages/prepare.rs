@@ -12,7 +12,7 @@ use crate::api::events::{FieldLodEvent, LodError, LodOrigin, asset_name};
 use crate::assets::baked_lods::BakedLods;
 use crate::assets::lod_pages::LodPages;
 use crate::assets::standalone::{AwaitsFile, LodMesh3d, StandaloneMesh, StandaloneMeshes};
-use crate::prepare::{LodMeshes, PreparedMesh, SourceArrays, piece_of};
+use crate::prepare::{LodMeshes, PreparedMesh, piece_of};
 use crate::scene::lod_scene::LodScene;
 
 /// Makes the meshes of entities whose `.fieldpages` file is loaded.
@@ -37,9 +37,8 @@ pub(super) fn make_meshes(
         let made = find_coarsest(pages, wanted, &name).map(|(mesh, coarsest)| {
             let source = meshes.add(coarsest);
             streams.sources.insert(source.id(), mesh.clone());
-            let provider = move |coarsest: Mesh| -> bevy::tasks::BoxedFuture<'static, _> {
-                Box::pin(prepare(mesh.clone(), coarsest))
-            };
+            let provider =
+                move || -> bevy::tasks::BoxedFuture<'static, _> { Box::pin(prepare(mesh.clone())) };
             lods.set_provider(source.id(), Arc::new(provider));
             StandaloneMesh { source, lods: None }
         });
@@ -59,8 +58,8 @@ fn find_coarsest(
     Ok((mesh, coarsest))
 }
 
-/// Prepares the first page of a mesh. `coarsest` is its coarsest level.
-async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodError> {
+/// Prepares the first page of a mesh.
+async fn prepare(mesh: MeshInPages) -> Result<PreparedMesh, LodError> {
     let hierarchy = &mesh.paged().graph;
     let units = hierarchy.units.iter();
     let mut pieces: Vec<_> = units
@@ -82,7 +81,6 @@ async fn prepare(mesh: MeshInPages, coarsest: Mesh) -> Result<PreparedMesh, LodE
         units: None,
         triangles_full: hierarchy.source_triangle_count() as u32,
         is_measured: hierarchy.is_measured(),
-        uv_per_area: SourceArrays::of(&coarsest)?.uv_per_area(),
     })
 }
 

@@ -70,7 +70,6 @@ fn add_mesh(
         units: prepared.units,
         is_stored: prepared.is_stored,
         triangles_full: prepared.triangles_full,
-        uv_per_area: prepared.uv_per_area,
         uploaded,
     })
 }

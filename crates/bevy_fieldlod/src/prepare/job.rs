@@ -87,13 +87,11 @@ pub(crate) struct PreparedMesh {
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.
     pub(crate) is_measured: bool,
-    pub(crate) uv_per_area: f32,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
 pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
     let source = SourceArrays::of(&job.mesh)?;
-    let uv_per_area = source.uv_per_area();
     let found = find_hierarchy(&job, source).await?;
     let baked = found.hierarchy;
     let is_measured = baked.is_measured();
@@ -131,7 +129,6 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         units: (kind == LodKind::Clusters && !job.all_units).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,
-        uv_per_area,
     })
 }
 

@@ -28,7 +28,7 @@ use crate::scene::rig::is_rigged;
 
 /// Prepares the levels of a mesh in another way than by a bake or a `.fieldlod` file.
 pub(crate) type LevelProvider =
-    Arc<dyn Fn(Mesh) -> BoxedFuture<'static, Result<PreparedMesh, LodError>> + Send + Sync>;
+    Arc<dyn Fn() -> BoxedFuture<'static, Result<PreparedMesh, LodError>> + Send + Sync>;
 
 /// All meshes whose levels of detail were requested.
 #[derive(Resource, Default)]
@@ -396,7 +396,7 @@ impl LodMeshLookup<'_> {
             return Err(NotStarted::NotYet);
         }
         let prepared: BoxedFuture<_> = match provider {
-            Some(provider) => provider(source.clone()),
+            Some(provider) => provider(),
             None => {
                 let sources = self.sources(mesh, request, kind, material_of)?;
                 let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?.clone();

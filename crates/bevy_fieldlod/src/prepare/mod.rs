@@ -26,7 +26,6 @@ use crate::api::systems::FieldLodSystems;
 use crate::scene::lod_mesh::LodWaiting;
 pub(crate) use job::{PreparedMesh, piece_of};
 pub(crate) use lookup::LodMeshes;
-pub(crate) use source_arrays::SourceArrays;
 
 /// The steps of [`FieldLodSystems::Prepare`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -53,7 +53,7 @@ async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found 
 }
 
 fn parse(name: String, bytes: &[u8]) -> Found {
-    match BakedFile::from_bytes_beside_source(bytes) {
+    match BakedFile::from_bytes(bytes) {
         Ok(file) => Some((name, Arc::new(file))),
         Err(error) => {
             warn!("could not use {name}: {error}; trying other sources");

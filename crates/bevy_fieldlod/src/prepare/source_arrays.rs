@@ -1,7 +1,6 @@
 //! The vertex attributes and indices of a Bevy mesh that a bake reads, and the search for the hierarchy of a mesh in a
 //! file.
 
-use std::borrow::Cow;
 #[cfg(feature = "bake")]
 use std::sync::{Arc, OnceLock};
 
@@ -106,26 +105,6 @@ impl SourceArrays {
         Some(*self.hashes.1.get_or_init(hash))
     }
 
-    /// Area in texture coordinates per area in local space; 0 without either.
-    pub(crate) fn uv_per_area(&self) -> f32 {
-        let (triangles, _) = self.indices.as_chunks::<3>();
-        let (mut uv_area, mut area) = (0.0f64, 0.0f64);
-        for triangle in triangles {
-            let [a, b, c] = triangle.map(|vertex| self.vertices.positions.get(vertex as usize));
-            let uvs = triangle.map(|vertex| self.vertices.uvs.get(vertex as usize));
-            if let (Some(a), Some(b), Some(c), [Some(uv_a), Some(uv_b), Some(uv_c)]) =
-                (a, b, c, uvs)
-            {
-                // Both are twice the area of the triangle; the ratio cancels the factor.
-                area += f64::from((b - a).cross(c - a).length());
-                uv_area += f64::from((uv_b - uv_a).perp_dot(uv_c - uv_a).abs());
-            }
-        }
-        // NaN without area.
-        let ratio = (uv_area / area) as f32;
-        if ratio.is_finite() { ratio } else { 0.0 }
-    }
-
     /// The hierarchy of this mesh in `baked`, complete and valid. The hierarchy at `place` is preferred. `file` is the
     /// name of the file in errors.
     pub(super) fn find_hierarchy(
@@ -177,26 +156,25 @@ impl SourceArrays {
         file: &str,
     ) -> Result<Hierarchy, LodError> {
         let mut fault = LodError::Stale { file: file.into() };
-        // For each set of attributes that hierarchies hold: this mesh with these attributes only, and its hash.
-        let mut known: HashMap<[bool; 5], (Cow<Vertices>, SourceHash)> = HashMap::default();
+        // For each set of attributes that hierarchies hold: the hash of this mesh with these attributes only.
+        let mut hashes: HashMap<[bool; 5], SourceHash> = HashMap::default();
         let of_mesh = attributes(&self.vertices);
         // Equal primitives, such as trunks of two trees, may have different levels: that of the same place is first.
         let own = place.and_then(|[mesh, primitive]| baked.find(mesh, primitive));
         for primitive in own.into_iter().chain(&baked.primitives) {
             let hierarchy = &primitive.hierarchy;
             let held = attributes(&hierarchy.vertices);
-            let (vertices, hash) = known.entry(held).or_insert_with(|| {
-                let vertices = if held == of_mesh {
-                    Cow::Borrowed(&self.vertices)
+            let hash = hashes.entry(held).or_insert_with(|| {
+                let hash = if held == of_mesh {
+                    self.vertices.source_hash(&self.indices)
                 } else {
-                    Cow::Owned(self.vertices_with(held))
+                    self.vertices_with(held).source_hash(&self.indices)
                 };
-                let hash = self.rig.add_to(vertices.source_hash(&self.indices));
-                (vertices, hash)
+                self.rig.add_to(hash)
             });
             // A matching hierarchy may lack an attribute that another hierarchy of the file has.
             if hierarchy.source == *hash {
-                match self.complete(hierarchy, vertices, file) {
+                match self.checked(hierarchy, file) {
                     Ok(complete) => return Ok(complete),
                     Err(error) => fault = error,
                 }
@@ -205,25 +183,16 @@ impl SourceArrays {
         Err(fault)
     }
 
-    /// Adds `vertices` to a hierarchy without source vertices. In the result every referenced vertex exists, with all
-    /// attributes of this mesh.
-    fn complete(
-        &self,
-        hierarchy: &Hierarchy,
-        vertices: &Vertices,
-        file: &str,
-    ) -> Result<Hierarchy, LodError> {
+    /// The hierarchy, if it is valid and every referenced vertex has all attributes of this mesh.
+    fn checked(&self, hierarchy: &Hierarchy, file: &str) -> Result<Hierarchy, LodError> {
         if !self.covers_moved_vertices(hierarchy) {
             return Err(LodError::MissingAttributes { file: file.into() });
         }
-        let complete = if hierarchy.lacks_source_vertices() {
-            hierarchy.clone().with_source_vertices(vertices)
-        } else {
-            hierarchy.validate().map(|()| hierarchy.clone())
-        };
-        let fits = |h: &Hierarchy| h.source_vertex_count as usize == self.vertices.positions.len();
-        let fitting = complete.ok().filter(fits);
-        fitting.ok_or_else(|| LodError::Stale { file: file.into() })
+        let count = self.vertices.positions.len();
+        if hierarchy.source_vertex_count as usize != count || hierarchy.validate().is_err() {
+            return Err(LodError::Stale { file: file.into() });
+        }
+        Ok(hierarchy.clone())
     }
 
     /// Whether `hierarchy` has all attributes of moved vertices, or the source vertex of each.

@@ -4,9 +4,7 @@ use bevy::gltf::GltfAssetLabel;
 use bevy::math::{Vec2, Vec3, Vec4};
 use bevy::mesh::morph::MorphAttributes;
 use bevy::mesh::{Mesh, MeshVertexAttribute, VertexAttributeValues, VertexFormat};
-use fieldlod_hierarchy::{
-    BakedFile, BakedPrimitive, FileOptions, Hierarchy, SourceHash, Unit, fixtures,
-};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash, Unit, fixtures};
 
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
@@ -63,15 +61,11 @@ fn lose_tangents(hierarchy: &mut Hierarchy) {
     hierarchy.vertices.tangents.clear();
 }
 
-fn file_of(hierarchy: &Hierarchy, beside_source: bool) -> BakedFile {
+fn file_of(hierarchy: &Hierarchy) -> BakedFile {
     let file = BakedFile {
         primitives: vec![BakedPrimitive::new(0, 0, "", hierarchy.clone())],
     };
-    let options = FileOptions {
-        beside_source,
-        ..FileOptions::default()
-    };
-    BakedFile::from_bytes_beside_source(&file.to_bytes_with(options)).unwrap()
+    BakedFile::from_bytes(&file.to_bytes()).unwrap()
 }
 
 fn find(mesh: &Mesh, file: &BakedFile) -> Result<Hierarchy, LodError> {
@@ -171,9 +165,9 @@ fn hash_includes_joints_and_morph_targets() {
     let plain = source_of(&pyramid());
     let rigged = with_rig(plain.clone());
     let mut hierarchy = pyramid();
-    assert!(find(&rigged, &file_of(&hierarchy, true)).is_err());
+    assert!(find(&rigged, &file_of(&hierarchy)).is_err());
     hierarchy.source = source_hash(&rigged);
-    let file = file_of(&hierarchy, true);
+    let file = file_of(&hierarchy);
     assert!(find(&plain, &file).is_err());
     assert!(find(&rigged, &file).is_ok());
     let mut other_weight = rigged.clone();
@@ -203,15 +197,10 @@ fn source_arrays_hold_all_baked_attributes() {
 }
 
 #[test]
-fn files_with_and_without_vertices_are_completed() {
+fn file_of_same_mesh_is_found() {
     let hierarchy = pyramid();
     let mesh = source_of(&hierarchy);
-    for beside_source in [false, true] {
-        let file = file_of(&hierarchy, beside_source);
-        let lacks = file.primitives[0].hierarchy.lacks_source_vertices();
-        assert_eq!(lacks, beside_source);
-        assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
-    }
+    assert!(find(&mesh, &file_of(&hierarchy)) == Ok(hierarchy));
 }
 
 #[test]
@@ -222,13 +211,11 @@ fn rejects_file_without_attribute_of_moved_vertices() {
     let mut hierarchy = pyramid();
     let mesh = source_of(&hierarchy);
     hierarchy.moved_from.clear();
-    for beside_source in [false, true] {
-        let file = file_of(&hierarchy, beside_source);
-        assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
-        assert!(find(&with_wind(mesh.clone()), &file) == missing);
-    }
+    let file = file_of(&hierarchy);
+    assert!(find(&mesh, &file) == Ok(hierarchy.clone()));
+    assert!(find(&with_wind(mesh.clone()), &file) == missing);
     lose_tangents(&mut hierarchy);
-    assert!(find(&mesh, &file_of(&hierarchy, false)) == missing);
+    assert!(find(&mesh, &file_of(&hierarchy)) == missing);
 }
 
 #[test]
@@ -240,19 +227,17 @@ fn rejects_file_of_another_mesh() {
     };
     let mesh = source_of(&pyramid());
     let other = fixtures::grid_pyramid(1);
-    assert!(find(&mesh, &file_of(&other, true)) == stale());
+    assert!(find(&mesh, &file_of(&other)) == stale());
     // A file with the hash of this mesh.
     let claiming = Hierarchy {
         source: pyramid().source,
         ..other
     };
-    for beside_source in [false, true] {
-        assert!(find(&mesh, &file_of(&claiming, beside_source)) == stale());
-    }
+    assert!(find(&mesh, &file_of(&claiming)) == stale());
     // A mesh without an attribute of the levels.
     let mut bare = mesh.clone();
     bare.remove_attribute(Mesh::ATTRIBUTE_NORMAL);
-    assert!(find(&bare, &file_of(&pyramid(), true)) == stale());
+    assert!(find(&bare, &file_of(&pyramid())) == stale());
 }
 
 #[test]
@@ -267,24 +252,22 @@ fn meshes_with_unused_vertices_find_their_levels() {
     whole.vertices = used.vertices.at(&with_first);
     whole.vertices.positions[0] = Vec3::splat(1e9);
     whole.indices.iter_mut().for_each(|index| *index += 1);
-    for beside_source in [false, true] {
-        let file = file_of(&hierarchy, beside_source);
-        let found = whole.find_hierarchy(&file, None, "pyramid").unwrap();
-        assert_eq!(found.validate(), Ok(()));
-        assert_eq!(found.source_vertex_count, hierarchy.source_vertex_count + 1);
-        let pairs = found.units.iter().zip(&hierarchy.units);
-        for (found_unit, unit) in pairs {
-            let positions: Vec<Vec3> = of_unit(&found, found_unit, &found.vertices.positions);
-            let expected: Vec<Vec3> = of_unit(&hierarchy, unit, &hierarchy.vertices.positions);
-            assert!(positions == expected);
-        }
+    let file = file_of(&hierarchy);
+    let found = whole.find_hierarchy(&file, None, "pyramid").unwrap();
+    assert_eq!(found.validate(), Ok(()));
+    assert_eq!(found.source_vertex_count, hierarchy.source_vertex_count + 1);
+    let pairs = found.units.iter().zip(&hierarchy.units);
+    for (found_unit, unit) in pairs {
+        let positions: Vec<Vec3> = of_unit(&found, found_unit, &found.vertices.positions);
+        let expected: Vec<Vec3> = of_unit(&hierarchy, unit, &hierarchy.vertices.positions);
+        assert!(positions == expected);
     }
 }
 
 /// For example, two trees may share a trunk and have different levels of it.
 #[test]
 fn equal_meshes_find_levels_of_their_own_place() {
-    let mut file = file_of(&pyramid(), true);
+    let mut file = file_of(&pyramid());
     let mut other = file.primitives[0].clone();
     (other.mesh_index, other.primitive_index) = (2, 1);
     other.hierarchy.groups[0].deviation_in_local *= 0.5;
@@ -310,7 +293,7 @@ fn place_is_parsed_from_gltf_label() {
 #[test]
 fn rejects_missing_vertices() {
     let mesh = source_of(&pyramid());
-    let mut broken = file_of(&pyramid(), false);
+    let mut broken = file_of(&pyramid());
     broken.primitives[0].hierarchy.unit_vertices[3] = 1_000_000;
     assert!(matches!(find(&mesh, &broken), Err(LodError::Stale { .. })));
 }

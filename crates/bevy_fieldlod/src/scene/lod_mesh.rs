@@ -35,8 +35,6 @@ pub(crate) struct LodMesh {
     pub(crate) is_stored: bool,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
-    /// Area in texture coordinates per area in local space; 0 without texture coordinates.
-    pub(crate) uv_per_area: f32,
     /// Whether the GPU has the [`meshes`](Self::meshes) that preparation made. The render world sets it.
     pub(crate) uploaded: Arc<AtomicBool>,
 }

@@ -29,7 +29,7 @@ pub use verify::{RiggedVerified, verify_rigged};
 pub(crate) mod support {
     pub use super::character::{Character, Part};
     pub use super::deviation::deviations;
-    pub use super::poses::{Pose, clip_poses, pose_at};
+    pub use super::poses::{Pose, clip_poses};
     pub use super::simplify::plain_levels;
 }
 

@@ -173,15 +173,6 @@ pub fn clip_poses(character: &Character<'_>, import: &Import, clips: &[Clip]) ->
     poses.take(MOST_CANDIDATES).collect()
 }
 
-/// The pose at a time of a clip. `None` if it is degenerate.
-#[cfg(any(test, feature = "test-support"))]
-#[must_use]
-pub fn pose_at(character: &Character<'_>, import: &Import, clip: &Clip, time: f32) -> Option<Pose> {
-    let rigs = Rig::of_skins(character, import);
-    let rig = rigs.first()?;
-    rig.poses_at(&clip.channels, time).into_iter().next()
-}
-
 /// Each joint bent by itself.
 fn bent_poses(rig: &Rig<'_>, angle: f32) -> Vec<Pose> {
     let joints = rig.character.joints_by_weight.iter().take(MOST_BENT);

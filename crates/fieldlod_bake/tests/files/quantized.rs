@@ -19,7 +19,7 @@ fn import(file: &mut GltfFile) -> Import {
 fn quantized(file: &mut GltfFile) -> (Import, BakedFile) {
     let config = BakeConfig::default();
     let outcome = bake_import(import(file), &config, &|_| ()).unwrap();
-    let bytes = outcome.file.to_bytes_with(Precision::Quantized16.into());
+    let bytes = outcome.file.to_bytes_with(Precision::Quantized16);
     (import(file), BakedFile::from_bytes(&bytes).unwrap())
 }
 

@@ -1,28 +1,7 @@
 //! The contents of a file.
 
 use crate::bounds::Aabb;
-use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
-
-/// Options of writing a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct FileOptions {
-    /// Precision of vertex attributes.
-    pub precision: Precision,
-    /// Omits the source vertices and stores only moved vertices. [`BakedFile::from_bytes_beside_source`]
-    /// reads the file, and [`Hierarchy::with_source_vertices`] adds the vertices of the source mesh.
-    pub beside_source: bool,
-}
-
-impl From<Precision> for FileOptions {
-    /// With all vertices.
-    fn from(precision: Precision) -> Self {
-        Self {
-            precision,
-            beside_source: false,
-        }
-    }
-}
 
 /// The contents of a `.fieldlod` file: hierarchies of the mesh primitives of one glTF file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,7 +22,7 @@ pub struct BakedPrimitive {
     /// The levels of detail.
     pub hierarchy: Hierarchy,
     /// Upper bound for the distance between a stored position and the baked position, in local units. 0
-    /// unless the vertices were written with [`Precision::Quantized16`]. Deviations and spheres contain it.
+    /// unless the vertices were written with [`Precision::Quantized16`](crate::Precision::Quantized16). Deviations and spheres contain it.
     /// Vertices that are read from the source mesh are exact.
     pub position_error_in_local: f32,
     /// The box of all primitives that share vertices with this one or change levels together with it. With

@@ -24,11 +24,7 @@ impl Decoder {
     /// `is_page` is `true` for a page of a `.fieldpages` file.
     pub(super) fn new(entry: Entry, is_page: bool) -> Self {
         let predictors = entry.attributes.predictors(entry.grids().is_some());
-        let mut coded = Coded::new(
-            predictors.len(),
-            entry.counts.source_vertices,
-            entry.options.beside_source,
-        );
+        let mut coded = Coded::new(predictors.len(), entry.counts.source_vertices);
         coded.is_page = is_page;
         Self {
             entry,
@@ -65,13 +61,8 @@ impl Decoder {
     /// Returns the validated primitive.
     pub(super) fn finish(mut self) -> Result<BakedPrimitive, FileError> {
         self.coded.restore_starts();
-        let mut hierarchy = self.hierarchy()?;
-        let valid = if self.entry.options.beside_source && hierarchy.source_vertex_count > 0 {
-            hierarchy = hierarchy.without_source_vertices();
-            hierarchy.validate_without_positions()
-        } else {
-            hierarchy.validate()
-        };
+        let hierarchy = self.hierarchy()?;
+        let valid = hierarchy.validate();
         let primitive = self.entry.number;
         valid.map_err(|fault| FileError::Invalid { primitive, fault })?;
         Ok(BakedPrimitive {

@@ -1,6 +1,6 @@
 //! Encodes the sections of a primitive.
 
-use super::contents::{BakedPrimitive, FileOptions};
+use super::contents::BakedPrimitive;
 use super::layout::{Counts, Entry, SectionEntry};
 use crate::file::sections::coded::Coded;
 use crate::file::sections::section_writer;
@@ -13,8 +13,8 @@ use crate::hierarchy::{Hierarchy, Unit};
 ///
 /// # Panics
 /// If the hierarchy is not valid.
-pub(super) fn encode(primitive: &BakedPrimitive, options: FileOptions) -> (Entry, Vec<Vec<u8>>) {
-    let prepared = prepare(primitive, options);
+pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u8>>) {
+    let prepared = prepare(primitive, precision);
     let (sections, unused_vertices) =
         prepared.sections(prepared.hierarchy(), &prepared.rows, false);
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
@@ -31,12 +31,12 @@ pub(super) struct Prepared<'a> {
     pub(super) rows: Rows,
     attributes: Attributes,
     grids: Grids,
-    options: FileOptions,
+    precision: Precision,
 }
 
 /// # Panics
 /// If the hierarchy is not valid.
-pub(super) fn prepare(primitive: &BakedPrimitive, options: FileOptions) -> Prepared<'_> {
+pub(super) fn prepare(primitive: &BakedPrimitive, precision: Precision) -> Prepared<'_> {
     let source = &primitive.hierarchy;
     assert_eq!(
         source.validate(),
@@ -46,22 +46,12 @@ pub(super) fn prepare(primitive: &BakedPrimitive, options: FileOptions) -> Prepa
     let attributes = Attributes::of(&source.vertices);
     // One grid for all sections and pages: vertices that they share must round to equal positions.
     let grids = Grids::around(&source.vertices, primitive.grid_box);
-    let quantized = (options.precision == Precision::Quantized16).then_some(&grids);
+    let quantized = (precision == Precision::Quantized16).then_some(&grids);
     let rows = attributes::to_rows(&source.vertices, quantized);
     // Bounds must contain the rounded vertices.
     let rounded = quantized.map(|grids| {
         let all: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
-        let mut vertices = attributes::from_rows(&rows, attributes, Some(grids), &all);
-        if options.beside_source {
-            // Readers take exact vertices from the source.
-            let count = source.source_vertex_count as usize;
-            let replaced = vertices.replace_first(count, &source.vertices);
-            assert_eq!(
-                replaced,
-                Ok(()),
-                "source and moved vertices must have the same attributes"
-            );
-        }
+        let vertices = attributes::from_rows(&rows, attributes, Some(grids), &all);
         // Vertices that lie on the grid were rounded before.
         let is_rounded = primitive.position_error_in_local > 0.0
             && vertices.positions == source.vertices.positions;
@@ -81,7 +71,7 @@ pub(super) fn prepare(primitive: &BakedPrimitive, options: FileOptions) -> Prepa
         rows,
         attributes,
         grids,
-        options,
+        precision,
     }
 }
 
@@ -103,7 +93,7 @@ impl Prepared<'_> {
             name: primitive.name.clone(),
             source: hierarchy.source,
             attributes: self.attributes,
-            options: self.options,
+            precision: self.precision,
             carrier_joint: hierarchy.carrier_joint,
             grids: self.grids,
             position_error_in_local: primitive.position_error_in_local + moved_by,
@@ -126,13 +116,13 @@ impl Prepared<'_> {
     /// Encodes the sections of a hierarchy whose vertices have these `rows`. Also returns the number of
     /// vertices that no unit uses.
     fn sections(&self, hierarchy: &Hierarchy, rows: &Rows, is_page: bool) -> (Vec<Vec<u8>>, usize) {
-        let grids = (self.options.precision == Precision::Quantized16).then_some(&self.grids);
+        let grids = (self.precision == Precision::Quantized16).then_some(&self.grids);
         let predictors = self.attributes.predictors(grids.is_some());
         let source_count = hierarchy.source_vertex_count;
         let mut coder = Coder {
             hierarchy,
             source_rows: rows,
-            coded: Coded::new(rows.width, source_count, self.options.beside_source),
+            coded: Coded::new(rows.width, source_count),
             codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
         };
         coder.coded.is_page = is_page;

@@ -37,9 +37,6 @@ pub enum FileError {
     /// The checksum matches, but the data cannot be decoded.
     #[error("corrupt: could not decode {what}")]
     Corrupt { what: &'static str },
-    /// The file omits source vertices, but the reader needs all vertices.
-    #[error("primitive {primitive}: the file omits the vertices of its source mesh")]
-    SourceVerticesLeftOut { primitive: usize },
     /// The checksum matches, but the hierarchy is invalid.
     #[error("primitive {primitive}: {fault}")]
     Invalid {

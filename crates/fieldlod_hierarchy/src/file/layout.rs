@@ -3,7 +3,6 @@
 use bytemuck::{Pod, Zeroable};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
-use super::contents::FileOptions;
 use super::error::{FORMAT_VERSION, FileError};
 use super::reader::Reader;
 use crate::file::vertices::attributes::Attributes;
@@ -12,8 +11,6 @@ use crate::vertices::SourceHash;
 
 const MAGIC: [u8; 8] = *b"FLDLOD\r\n";
 const WHAT: &str = "the directory";
-/// Flag of an entry: the file omits source vertices.
-const BESIDE_SOURCE: u8 = 1;
 /// Flag of an entry: the index of the carrier joint follows.
 const HAS_CARRIER_JOINT: u8 = 2;
 /// Flag of a lossless entry: the position error follows, because the file was written from a quantized one.
@@ -29,7 +26,7 @@ pub(super) struct Entry {
     pub(super) name: String,
     pub(super) source: SourceHash,
     pub(super) attributes: Attributes,
-    pub(super) options: FileOptions,
+    pub(super) precision: Precision,
     pub(super) carrier_joint: Option<u16>,
     pub(super) grids: Grids,
     pub(super) position_error_in_local: f32,
@@ -77,14 +74,13 @@ impl SectionEntry {
 
 impl Entry {
     pub(super) fn grids(&self) -> Option<&Grids> {
-        (self.options.precision == Precision::Quantized16).then_some(&self.grids)
+        (self.precision == Precision::Quantized16).then_some(&self.grids)
     }
 
     fn flags(&self) -> u8 {
-        let beside_source = u8::from(self.options.beside_source) * BESIDE_SOURCE;
         let carrier_joint = u8::from(self.carrier_joint.is_some()) * HAS_CARRIER_JOINT;
         let is_lossless_with_error = self.grids().is_none() && self.position_error_in_local != 0.0;
-        beside_source | carrier_joint | (u8::from(is_lossless_with_error) * HAS_POSITION_ERROR)
+        carrier_joint | (u8::from(is_lossless_with_error) * HAS_POSITION_ERROR)
     }
 
     pub(super) fn write(&self, bytes: &mut Vec<u8>) {
@@ -96,7 +92,7 @@ impl Entry {
         bytes.extend_from_slice(&self.source.0.to_le_bytes());
         // Attributes and precision.
         bytes.push(self.attributes.bits);
-        bytes.push(u8::from(self.options.precision == Precision::Quantized16));
+        bytes.push(u8::from(self.precision == Precision::Quantized16));
         bytes.push(self.flags());
         if let Some(joint) = self.carrier_joint {
             bytes.extend_from_slice(&joint.to_le_bytes());
@@ -125,7 +121,7 @@ impl Entry {
         let attributes = Attributes::from_bits(reader.value(WHAT)?);
         let is_quantized = read_flag(reader)?;
         let flags: u8 = reader.value(WHAT)?;
-        if flags & !(BESIDE_SOURCE | HAS_CARRIER_JOINT | HAS_POSITION_ERROR) != 0 {
+        if flags & !(HAS_CARRIER_JOINT | HAS_POSITION_ERROR) != 0 {
             return Err(FileError::Corrupt { what: WHAT });
         }
         let carrier_joint = match flags & HAS_CARRIER_JOINT {
@@ -149,10 +145,7 @@ impl Entry {
             name,
             source,
             attributes: attributes.ok_or(FileError::Corrupt { what: WHAT })?,
-            options: FileOptions {
-                precision,
-                beside_source: flags & BESIDE_SOURCE != 0,
-            },
+            precision,
             carrier_joint,
             grids,
             position_error_in_local,

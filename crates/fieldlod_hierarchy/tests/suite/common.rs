@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, fixtures};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Precision, fixtures};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 pub(crate) const HEADER_BYTES: usize = 32;
@@ -26,8 +26,8 @@ pub(crate) fn file_of(hierarchy: Hierarchy) -> BakedFile {
 }
 
 /// The bytes of a file with one hierarchy.
-pub(crate) fn bytes_of(hierarchy: &Hierarchy, options: impl Into<FileOptions>) -> Vec<u8> {
-    file_of(hierarchy.clone()).to_bytes_with(options.into())
+pub(crate) fn bytes_of(hierarchy: &Hierarchy, precision: Precision) -> Vec<u8> {
+    file_of(hierarchy.clone()).to_bytes_with(precision)
 }
 
 /// Byte ranges of a section and of its directory entry.

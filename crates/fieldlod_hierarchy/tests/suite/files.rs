@@ -1,7 +1,7 @@
 //! Round trips of `.fieldlod` files and bounds of quantization.
 
 use fieldlod_hierarchy::fixtures::{self, Random};
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileOptions, Hierarchy, Precision, Vertices};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, Precision, Vertices};
 use glam::{Vec2, Vec3, Vec4};
 use proptest::prelude::*;
 
@@ -91,21 +91,15 @@ proptest! {
             triangle.rotate_left(rotation);
         }
         let file = file_of(hierarchy);
-        let source = file.primitives[0].hierarchy.source_vertices();
-        for beside_source in [false, true] {
-            let options = FileOptions { beside_source, ..FileOptions::default() };
-            let bytes = file.to_bytes_with(options);
-            let mut read = BakedFile::from_bytes_beside_source(&bytes).unwrap();
-            let read = read.primitives.remove(0).hierarchy;
-            let read = read.with_source_vertices(&source).unwrap();
-            let expected = &file.primitives[0].hierarchy;
-            prop_assert_eq!(bits(&read.vertices), bits(&expected.vertices));
-            prop_assert_eq!(&read.indices, &expected.indices);
-            prop_assert_eq!(&read.unit_vertices, &expected.unit_vertices);
-            prop_assert_eq!(&read.moved_from, &expected.moved_from);
-            prop_assert_eq!(&read.groups, &expected.groups);
-            prop_assert_eq!(&read.units, &expected.units);
-        }
+        let mut read = BakedFile::from_bytes(&file.to_bytes()).unwrap();
+        let read = read.primitives.remove(0).hierarchy;
+        let expected = &file.primitives[0].hierarchy;
+        prop_assert_eq!(bits(&read.vertices), bits(&expected.vertices));
+        prop_assert_eq!(&read.indices, &expected.indices);
+        prop_assert_eq!(&read.unit_vertices, &expected.unit_vertices);
+        prop_assert_eq!(&read.moved_from, &expected.moved_from);
+        prop_assert_eq!(&read.groups, &expected.groups);
+        prop_assert_eq!(&read.units, &expected.units);
     }
 }
 
@@ -170,13 +164,13 @@ fn primitives_with_one_box_have_equal_rounding() {
             .and_then(|p: &BakedPrimitive| p.hierarchy.aabb());
         file.primitives.push(primitive);
     }
-    let bytes = file.to_bytes_with(Precision::Quantized16.into());
+    let bytes = file.to_bytes_with(Precision::Quantized16);
     let read = BakedFile::from_bytes(&bytes).unwrap();
     let [large, small] = &read.primitives[..] else {
         panic!("two primitives");
     };
     assert_eq!(large.position_error_in_local, small.position_error_in_local);
-    let again = read.to_bytes_with(Precision::Quantized16.into());
+    let again = read.to_bytes_with(Precision::Quantized16);
     let again = BakedFile::from_bytes(&again).unwrap();
     assert_eq!(again.primitives[0].hierarchy.groups, large.hierarchy.groups);
 }

@@ -1,6 +1,5 @@
 //! Tests of the cut rule, the invariants and the file format.
 
-mod beside_source;
 mod common;
 mod cut_rule;
 mod files;

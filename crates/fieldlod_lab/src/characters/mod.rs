@@ -4,7 +4,6 @@
 //! the other half. The baseline simplifies each primitive by itself in the bind pose, with normals, `Regularize` and
 //! `Permissive`, as gltfpack can.
 
-mod motion;
 mod pictures;
 
 use std::fmt::Write;
@@ -19,7 +18,6 @@ use serde::Serialize;
 use crate::chart::at_error;
 use crate::measure::{geometric_mean, greatest};
 use crate::render::{RenderError, Renderer};
-pub use motion::{Holes, Motion, MotionFrame};
 pub use pictures::PictureOptions;
 use pictures::at_equal_rmse;
 
@@ -57,8 +55,6 @@ pub struct CharacterResult {
     /// Triangles relative to the baseline at equal RMSE: the geometric mean over sizes. `None` if no pictures were drawn.
     /// Characters with more than 65,536 vertices are not drawn.
     pub at_equal_rmse: Option<f64>,
-    /// The character in motion, if pictures were drawn.
-    pub motion: Option<Motion>,
 }
 
 /// Splits the clips of a file: the bake gets the first part.
@@ -135,10 +131,7 @@ pub fn measure(
             return None;
         }
         let subject = Subject::of(&character, &hierarchies, poses);
-        let moves =
-            |clip: &&Clip| !clip_poses(&character, &import, std::slice::from_ref(clip)).is_empty();
-        let clip = held_out.iter().find(moves)?;
-        Some(subject.measure(name, (&import, clip), drawing))
+        Some(subject.measure(name, drawing))
     });
     measured.collect()
 }
@@ -146,8 +139,6 @@ pub fn measure(
 /// A baked character with its baseline, and the poses in which both are measured.
 struct Subject<'a> {
     character: &'a Character<'a>,
-    /// The hierarchy of the first part. All parts have the same levels.
-    baked: &'a Hierarchy,
     /// Held-out poses.
     poses: Vec<Pose>,
     /// The triangles of all levels, the source first.
@@ -175,7 +166,6 @@ impl<'a> Subject<'a> {
             // At least six halvings, so that short chains also have an equal error on the baseline.
             plain: plain_levels(character, 0.5, count.max(6)),
             radius: first.groups[0].bounds.radius,
-            baked: first,
             character,
             poses,
         }
@@ -184,7 +174,6 @@ impl<'a> Subject<'a> {
     fn measure(
         &self,
         name: &str,
-        playing: (&Import, &Clip),
         drawing: Option<(&Renderer, &PictureOptions)>,
     ) -> Result<CharacterResult, RenderError> {
         let vertices = self.character.mesh.positions.len();
@@ -207,10 +196,6 @@ impl<'a> Subject<'a> {
             let own_and_plain = [coarser, &self.plain[..]];
             at_equal_rmse(drawing, self.character, &self.poses, own_and_plain)
         });
-        let motion = drawing.map(|(renderer, _)| {
-            let own_and_plain = [&self.levels[..], &self.plain[..]];
-            Motion::of(renderer, self.character, playing, self.baked, own_and_plain)
-        });
         Ok(CharacterResult {
             name: name.to_owned(),
             parts: self.character.parts.len(),
@@ -222,7 +207,6 @@ impl<'a> Subject<'a> {
             levels,
             plain: plain_points,
             at_equal_rmse: at_equal_rmse.transpose()?.flatten(),
-            motion: motion.transpose()?,
         })
     }
 }
@@ -271,34 +255,5 @@ pub fn table(results: &[CharacterResult]) -> String {
         mean(|result| result.at_equal_deviation),
         mean(|result| result.at_equal_rmse),
     );
-    text + &motion_table(results)
-}
-
-/// A row for each character that was drawn in motion.
-fn motion_table(results: &[CharacterResult]) -> String {
-    let mut text = String::from(
-        "\nin motion, held-out clip; RMSE relative to neighbouring frames, and to the other level; pixels of background\n\
-         inside the outline, and those at opened edges\n\
-         character         frames  changes  largest peak  largest step  inside  cracks  inside, plain  cracks, plain\n",
-    );
-    for result in results {
-        let Some(motion) = &result.motion else {
-            continue;
-        };
-        let sum = |of: fn(&MotionFrame) -> f64| motion.frames.iter().map(of).sum::<f64>();
-        let _ = writeln!(
-            text,
-            "{:<16}  {:>6}  {:>7}  {:>12.2}  {:>12.2}  {:>6.1}  {:>6.1}  {:>13.1}  {:>13.1}",
-            result.name,
-            motion.frames.len(),
-            motion.changes(),
-            motion.largest_peak(),
-            motion.largest_step(),
-            sum(|frame| frame.holes.px),
-            sum(|frame| frame.holes.cracks_px),
-            sum(|frame| frame.plain_holes.px),
-            sum(|frame| frame.plain_holes.cracks_px),
-        );
-    }
     text
 }

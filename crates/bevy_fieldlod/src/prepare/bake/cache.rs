@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use bevy::log::warn;
 use fieldlod_bake::BakeConfig;
-use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FORMAT_VERSION, FileOptions, Hierarchy};
+use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FORMAT_VERSION, Hierarchy};
 use xxhash_rust::xxh3::Xxh3;
 
 use crate::prepare::source_arrays::SourceArrays;
@@ -44,25 +44,21 @@ pub(super) fn read(path: &Path, source: &SourceArrays) -> Option<Hierarchy> {
             return None;
         }
     };
-    let file = BakedFile::from_bytes_beside_source(&bytes);
+    let file = BakedFile::from_bytes(&bytes);
     let file = file.inspect_err(|error| unusable(error)).ok()?;
     let found = source.find_hierarchy(&file, None, "the entry");
     let found = found.inspect_err(|_| unusable(&"it does not fit the mesh"));
     found.ok()
 }
 
-/// Writes the entry at `path` atomically, without the vertices of the source. Returns whether it succeeded, and logs a
+/// Writes the entry at `path` atomically. Returns whether it succeeded, and logs a
 /// failure; the next run then bakes again.
 pub(super) fn write(path: &Path, hierarchy: &Hierarchy) -> bool {
     let primitive = BakedPrimitive::new(0, 0, "", hierarchy.clone());
     let file = BakedFile {
         primitives: vec![primitive],
     };
-    let options = FileOptions {
-        beside_source: true,
-        ..FileOptions::default()
-    };
-    let written = write_atomically(path, &file.to_bytes_with(options));
+    let written = write_atomically(path, &file.to_bytes());
     if let Err(error) = &written {
         warn!(
             "could not write the cache entry {}: {error}; the next run bakes the mesh again",

@@ -83,12 +83,6 @@ impl LodInstance {
     }
 }
 
-/// The scale of an instance along the axis with the largest scale.
-pub(crate) fn largest_scale(world_from_local: &Affine3A) -> f32 {
-    let axis = |index: usize| world_from_local.matrix3.col(index).length();
-    axis(0).max(axis(1)).max(axis(2))
-}
-
 /// Whether a placed surface has an area and a place. Otherwise Bevy draws no pixel of it, and no error would be small
 /// enough.
 fn has_area(world_from_local: Affine3A) -> bool {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use super::{Page, PageOptions, PagedMesh};
-use crate::file::contents::{BakedPrimitive, FileOptions};
+use crate::file::contents::BakedPrimitive;
 use crate::file::encode::{self, Prepared};
 use crate::file::layout::SectionEntry;
 use crate::file::vertices::attributes::Attributes;
@@ -22,8 +22,7 @@ pub(super) fn encode(
     options: PageOptions,
 ) -> (PagedMesh, Vec<Vec<u8>>) {
     // Pages always hold their vertices: no source mesh is loaded beside a streamed file.
-    let file_options = FileOptions::from(options.precision);
-    let prepared = encode::prepare(primitive, file_options);
+    let prepared = encode::prepare(primitive, options.precision);
     let hierarchy = prepared.hierarchy();
     // Meshes on the GPU have an exact number for each column, also if the file is quantized.
     let columns = Attributes::of(&hierarchy.vertices).predictors(false);

@@ -80,11 +80,6 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<PagedMesh>, FileError> {
 }
 
 fn read_mesh(mut entry: Entry, bytes: &[u8]) -> Result<PagedMesh, FileError> {
-    if entry.options.beside_source {
-        return Err(FileError::SourceVerticesLeftOut {
-            primitive: entry.number,
-        });
-    }
     let mut reader = Reader { rest: bytes };
     let graph = read_graph(&mut reader, &entry)?;
     // Reading a page copies the entry, which must then be small.

@@ -1,6 +1,6 @@
 //! A hierarchy in coding order: coarsest level first, vertices in the order of their first use.
 
-use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot
@@ -25,9 +25,6 @@ pub(crate) struct Coded {
     pub(crate) indices: Vec<u16>,
     /// Number of source vertices, which come first in the hierarchy.
     pub(crate) source_vertex_count: u32,
-    /// Omits the attributes of source vertices. Predictions from these vertices use their predicted
-    /// attributes.
-    pub(crate) beside_source: bool,
     /// The hierarchy is a page: its vertices are in coding order, so their indices are not stored.
     pub(crate) is_page: bool,
     /// The index of each vertex in the hierarchy.
@@ -40,10 +37,9 @@ pub(crate) struct Coded {
 
 impl Coded {
     /// Creates an empty hierarchy whose vertices have rows of `columns` numbers.
-    pub(crate) fn new(columns: usize, source_vertex_count: u32, beside_source: bool) -> Self {
+    pub(crate) fn new(columns: usize, source_vertex_count: u32) -> Self {
         Self {
             source_vertex_count,
-            beside_source,
             rows: Rows::zeros(columns, 1),
             ..Self::default()
         }
@@ -91,15 +87,6 @@ impl Coded {
     pub(crate) fn groups_since(&self, first: usize) -> impl Iterator<Item = (&Group, u32)> {
         let groups = self.groups[first..].iter();
         groups.zip(self.group_indices[first..].iter().copied())
-    }
-
-    /// For each target of `predictions`, whether its attributes are stored.
-    pub(crate) fn are_stored(&self, predictions: &[Prediction]) -> Vec<bool> {
-        let indices = predictions
-            .iter()
-            .map(|p| self.vertex_indices[p.target as usize - 1]);
-        let is_stored = |index| !self.beside_source || index >= self.source_vertex_count;
-        indices.map(is_stored).collect()
     }
 
     /// Current lengths of the arrays.

@@ -41,14 +41,12 @@ pub(crate) fn read(
     section.read_vertex_order(added, &predictions)?;
     section.coded.rows.add_zeros(added);
     // The rows are taken out, because the predicted normals borrow the rest of `coded`.
-    let are_stored = section.coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut section.coded.rows);
     let (coded, from) = (&*section.coded, section.from);
     let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
     let targets = Targets {
         predictors,
         predictions: &predictions,
-        are_stored: &are_stored,
         normals: &normals,
     };
     planes::read(&mut section.reader, &mut rows, &targets)?;

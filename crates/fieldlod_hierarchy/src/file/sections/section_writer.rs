@@ -49,13 +49,11 @@ pub(crate) fn write(
             coded.source_vertex_count,
         );
     }
-    let are_stored = coded.are_stored(&predictions);
     let mut rows = std::mem::take(&mut coded.rows);
     let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
     let targets = Targets {
         predictors,
         predictions: &predictions,
-        are_stored: &are_stored,
         normals: &normals,
     };
     planes::write(&mut bytes, &mut rows, &targets);

@@ -27,8 +27,6 @@ fn column_sets(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict
 pub(crate) struct Targets<'a> {
     pub(crate) predictors: &'a [Predict],
     pub(crate) predictions: &'a [Prediction],
-    /// For each prediction, whether the target is stored.
-    pub(crate) are_stored: &'a [bool],
     /// Computes the predicted normal of each target. The rows must have positions.
     pub(crate) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
 }
@@ -42,29 +40,23 @@ impl Targets<'_> {
     }
 }
 
-/// Writes the stored targets. The rows of other targets are replaced by their predictions, which the
-/// reader uses in their place.
-pub(crate) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>) {
+/// Writes the targets.
+pub(crate) fn write(bytes: &mut Vec<u8>, rows: &Rows, targets: &Targets<'_>) {
     let predictions = targets.predictions;
     for (first, columns) in column_sets(targets.predictors) {
         let (predict, count) = (columns[0], columns.len());
         // Positions come first, so the rows hold the decoded positions when normals are predicted.
         let normals = targets.normals_for(predict, rows);
         let mut residuals = vec![Vec::with_capacity(predictions.len()); count];
-        for (index, (p, &is_stored)) in predictions.iter().zip(targets.are_stored).enumerate() {
+        for (index, p) in predictions.iter().enumerate() {
             let numbers = match normals.get(index) {
                 Some(&[x, y, z]) => [[x, y, z, 0]; 3],
                 None => [p.a, p.b, p.d].map(|row| rows.up_to(row, first, count)),
             };
-            if is_stored {
-                let target: [u32; MAX_COLUMNS] = rows.up_to(p.target, first, count);
-                let found = residuals_of(predict, numbers, target);
-                for (residuals, number) in residuals.iter_mut().zip(found) {
-                    residuals.push(number);
-                }
-            } else {
-                let numbers = restored(predict, numbers, [0; MAX_COLUMNS]);
-                rows.replace(p.target, first, &numbers[..count]);
+            let target: [u32; MAX_COLUMNS] = rows.up_to(p.target, first, count);
+            let found = residuals_of(predict, numbers, target);
+            for (residuals, number) in residuals.iter_mut().zip(found) {
+                residuals.push(number);
             }
         }
         for residuals in &residuals {
@@ -73,19 +65,17 @@ pub(crate) fn write(bytes: &mut Vec<u8>, rows: &mut Rows, targets: &Targets<'_>)
     }
 }
 
-/// Reads the targets into existing rows. Targets that are not stored get their predictions.
+/// Reads the targets into existing rows.
 pub(crate) fn read(
     reader: &mut Reader<'_>,
     rows: &mut Rows,
     targets: &Targets<'_>,
 ) -> Result<(), FileError> {
-    let are_stored = targets.are_stored;
-    let stored = are_stored.iter().filter(|&&is_stored| is_stored).count();
+    let count = targets.predictions.len();
     let mut residuals: [Vec<u32>; MAX_COLUMNS] = Default::default();
     for (first, columns) in column_sets(targets.predictors) {
         for residuals in &mut residuals[..columns.len()] {
-            numbers::read_into(reader, stored, "the vertices", residuals)?;
-            spread(residuals, are_stored);
+            numbers::read_into(reader, count, "the vertices", residuals)?;
         }
         // One pass decodes several columns: while one waits for its last result, the CPU works on another.
         let filler = Filler {
@@ -103,24 +93,6 @@ pub(crate) fn read(
         }
     }
     Ok(())
-}
-
-/// Inserts zeros for targets that are not stored.
-fn spread(numbers: &mut Vec<u32>, are_stored: &[bool]) {
-    let mut left = numbers.len();
-    numbers.resize(are_stored.len(), 0);
-    // Backwards, so that no number is overwritten before it is moved.
-    for index in (0..are_stored.len()).rev() {
-        if left == index + 1 {
-            break;
-        }
-        numbers[index] = if are_stored[index] {
-            left -= 1;
-            numbers[left]
-        } else {
-            0
-        };
-    }
 }
 
 /// Restores the columns that start at `first`.

@@ -56,12 +56,6 @@ impl Rows {
         numbers
     }
 
-    /// Replaces numbers of a row, starting at column `first`.
-    pub(crate) fn replace(&mut self, row: u32, first: usize, numbers: &[u32]) {
-        let row = &mut self.numbers[row as usize * self.width + first..];
-        row[..numbers.len()].copy_from_slice(numbers);
-    }
-
     pub(crate) fn push(&mut self, row: &[u32]) {
         self.numbers.extend_from_slice(row);
     }

@@ -10,7 +10,6 @@ use fieldlod_lab::render::Renderer;
 
 /// Bake characters with half of their clips, and measure the levels in the other half: the greatest ratio of measured
 /// to stated deviation. Also compares triangles with plain simplification, at equal deviation and at equal image error.
-/// Draws each character in motion, away and back, and compares the image error around changes of level.
 ///
 /// Pictures need a graphics adapter; a software adapter is enough.
 #[derive(Args, Debug)]

@@ -10,7 +10,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use camera_field::{Intrinsics, double};
+use camera_field::{Camera, Intrinsics, double};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles};
 
@@ -152,9 +152,9 @@ benches! {
         FilterKernel::new(c, p, u, v).map_or(0.0, |kernel| 1e6 * kernel.area_texels())
     };
     "mip level": |c, p, n| mip_level(c.projection_factor(p, n), 1e6, 0.0);
-    "touches sphere": |c, p, _| if c.touches_sphere(p, 0.3) { 1.0 } else { 0.0 };
-    "strength over a sphere": |c, p, _| c.strength_over_sphere(p, 0.3).or_infinity();
-    "pixel scale over a sphere": |c, p, _| c.pixel_scale_over_sphere(p, 0.3).or_infinity();
+    "touches sphere": |c, p, _| if Camera::Perspective(*c).touches_sphere(p, 0.3) { 1.0 } else { 0.0 };
+    "strength over a sphere": |c, p, _| Camera::Perspective(*c).strength_over_sphere(p, 0.3);
+    "pixel scale over a sphere": |c, p, _| Camera::Perspective(*c).pixel_scale_over_sphere(p, 0.3);
 }
 
 criterion_group!(field, formulas);

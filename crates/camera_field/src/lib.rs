@@ -11,17 +11,19 @@
 //! a surface is samples per unit area of that surface.
 //!
 //! ```
-//! use camera_field::{Intrinsics, coarsest_level, mip_level};
+//! use camera_field::{Camera, Intrinsics, mip_level};
 //! use glam::{Vec2, Vec3};
 //!
 //! let camera = Intrinsics::centered(935.0, Vec2::new(1920.0, 1080.0));
 //! let (center, normal) = (Vec3::new(4.0, 1.0, 20.0), Vec3::NEG_Z);
 //! let mip = mip_level(camera.projection_factor(center, normal), 128.0 * 128.0, 0.0);
-//! let pixels_per_unit = camera.pixel_scale_over_sphere(center, 1.5);
-//! let level = coarsest_level(&[0.0, 0.004, 0.016, 0.064], pixels_per_unit, 1.0);
+//! // The coarsest level with an error of at most a pixel on the visible part of a sphere.
+//! let px_per_unit = Camera::Perspective(camera).pixel_scale_over_sphere(center, 1.5);
+//! let errors = [0.0, 0.004, 0.016, 0.064];
+//! let level = errors.iter().rposition(|error| error * px_per_unit <= 1.0);
 //!
 //! assert_eq!(mip.round(), 1.0);
-//! assert_eq!(level, 2);
+//! assert_eq!(level, Some(2));
 //! ```
 //!
 //! # Conventions
@@ -47,7 +49,7 @@
 //! | §4.1.2 texture filter | [`FilterKernel`] |
 //! | §4.1.3 projection factor (16) | [`Intrinsics::projection_factor`] |
 //! | §4.1.4 mip level | [`filter_dimension`], [`mip_level`] |
-//! | §4.1.5, §4.2.2 level of detail | [`coarsest_level`], bounds as [`SphereBound`]; `fieldlod_select` has its own criterion |
+//! | §4.1.5, §4.2.2 level of detail | strength, aspect ratio and change over a sphere: [`FieldOfView`]; `fieldlod_select` picks levels with it |
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!
@@ -117,7 +119,7 @@
 //! - Functions of level-of-detail selection (fields, criteria, bounds) use only `+ − × ÷ √` and
 //!   comparisons. They give the same bits on every IEEE 754 machine. The crate's
 //!   `clippy.toml` forbids other operations, except in functions that take angles or return mip levels.
-//! - Bounds over spheres are never NaN or negative; see [`SphereBound`].
+//! - Bounds over spheres are never NaN or negative; see [`FieldOverSphere::bound`].
 //!
 //! # Out of scope
 //! Visibility: flux and statistics count the triangles that the caller passes as visible. Lens

@@ -28,21 +28,19 @@
 //!
 //! Bounds of the criterion save most evaluations, and must change with it: [`limits`] (of a level),
 //! [`error_bounds`] and `select/bounds_test.rs` (of many groups), and `select/limits/keep_test.rs` (of whole instances).
-//! The field's bounds over a sphere are those of `bounds.rs` in `camera_field`, for eight spheres at once.
+//! The field over a sphere is that of [`camera_field::FieldOfView`], for a group, an instance or a chunk of instances.
 //! `tests/matches_naive.rs` compares the result with the criterion.
 
 pub(crate) mod error_bounds;
-pub(crate) mod extent;
 pub(crate) mod limits;
 
-use camera_field::Camera;
+use camera_field::{FieldOfView, FieldOverSphere, SeenSphere};
 use fieldlod_hierarchy::Group;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
 use crate::lanes::{larger, smaller};
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
-use extent::{Lens, ROUNDING, SeenExtent, SeenSphere};
 
 /// Weight of V: 1 over the V of a surface with normals in all directions.
 pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
@@ -52,8 +50,6 @@ pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 /// Keeps `u` finite for flat groups. A smaller value makes their silhouettes narrower, and a larger value makes them
 /// wider.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
-/// Bound of the rounding of the widest aspect ratio. With a smaller bound, rounding may relax thresholds.
-const ASPECT_ROUNDING: f32 = 1e-6;
 
 /// The error of `group` in pixels under `settings`. A group is refined if its error, times
 /// [`LodSettings::resolution_scale`], exceeds [`LodSettings::threshold_px`].
@@ -128,10 +124,9 @@ pub(crate) struct Criterion {
     branches: Branches,
     displacement_weight: f32,
     instance: InstanceView,
-    px_per_unit: Vec2,
     /// The views that groups enter, and that refined groups leave.
-    entering: Lens,
-    leaving: Lens,
+    entering: FieldOfView,
+    leaving: FieldOfView,
     /// Factor of errors outside the view.
     bias: f32,
     max_curl: f32,
@@ -157,8 +152,9 @@ impl Criterion {
             Offscreen::Coarsest => None,
             Offscreen::OnAxis { bias } => Some(bias),
         };
+        let entering = FieldOfView::of(&instance.camera);
         let branches = Branches {
-            is_perspective: matches!(instance.camera, Camera::Perspective(_)),
+            is_perspective: entering.is_perspective,
             is_similarity: instance.seen_stretch.is_none(),
             is_relaxed: advanced.max_curl != 0.0 || advanced.min_aspect_ratio > 0.0,
             counts_outside: bias.is_some(),
@@ -169,9 +165,8 @@ impl Criterion {
             branches,
             displacement_weight: weights.displacement_weight.unwrap_or(0.0),
             instance: *instance,
-            px_per_unit: px_per_unit(&instance.camera),
-            entering: Lens::new(&instance.camera),
-            leaving: Lens::new(&instance.kept_camera),
+            entering,
+            leaving: FieldOfView::of(&instance.kept_camera),
             bias: bias.unwrap_or(0.0),
             max_curl: advanced.max_curl,
             min_aspect_ratio: advanced.min_aspect_ratio,
@@ -182,7 +177,18 @@ impl Criterion {
     /// both sides of the other branches.
     #[inline(always)]
     pub(crate) fn with_known_branches<R>(&self, run: impl Fn(&Self) -> R) -> R {
-        let run_with = |branches| run(&Self { branches, ..*self });
+        let known = |view: FieldOfView, is_perspective| FieldOfView {
+            is_perspective,
+            ..view
+        };
+        let run_with = |branches: Branches| {
+            run(&Self {
+                branches,
+                entering: known(self.entering, branches.is_perspective),
+                leaving: known(self.leaving, branches.is_perspective),
+                ..*self
+            })
+        };
         let branches = self.branches;
         let usual = |is_perspective, counts_outside| Branches {
             is_perspective,
@@ -229,16 +235,16 @@ impl Criterion {
     pub(crate) fn error_px(&self, group: CriterionInput, share: f32, was_refined: bool) -> f32 {
         let [x, y, z, radius, error, deviation, m_x, m_y, m_z] = group;
         let mean_normal = Vec3::new(m_x, m_y, m_z);
-        // The sphere in camera space and its extent in the view.
+        // The sphere in camera space, and the field over it.
         let seen = self.seen(Vec3::new(x, y, z), radius);
-        let extent = self.extent(&seen, was_refined);
+        let over = self.over_sphere(&seen, was_refined);
         // Factors of both errors.
         let stretch = self.stretch(&seen);
         let relaxation = self.relaxation(&seen);
         let (mut screen_error, mut displacement) = (0.0, 0.0);
         if self.branches.counts_error {
             // e √(c (4 V + 0.4 p) o)
-            let strength = self.strength(&seen, &extent);
+            let strength = self.strength(&seen, &over);
             let facing = self.facing(mean_normal, &seen);
             let weight = Self::weight(facing, mean_normal) * share;
             let error_px = error * stretch * (strength * weight).sqrt() * relaxation;
@@ -246,7 +252,7 @@ impl Criterion {
         }
         if self.branches.counts_displacement {
             // d √(c / cos φ)
-            let pixel_scale = self.pixel_scale(&seen, &extent);
+            let pixel_scale = self.pixel_scale(&seen, &over);
             let error_px = deviation * stretch * pixel_scale * relaxation;
             displacement = unless_infinite(pixel_scale, error_px) * self.displacement_weight;
         }
@@ -262,103 +268,58 @@ impl Criterion {
     #[inline(always)]
     fn seen(&self, center: Vec3, radius: f32) -> SeenSphere {
         let center = self.instance.camera_from_local * center + self.instance.origin_in_camera;
-        let distance_squared = center.dot(center);
-        let radius = self.instance.camera_per_local * radius;
-        SeenSphere {
-            center,
-            radius,
-            distance_squared,
-            distance: distance_squared.sqrt(),
-        }
+        SeenSphere::new(center, self.instance.camera_per_local * radius)
     }
 
-    /// The extent of a sphere in the view that its group enters or, if it was refined, leaves.
+    /// The field over a sphere in the view that its group enters or, if it was refined, leaves.
     #[inline(always)]
-    fn extent(&self, seen: &SeenSphere, was_refined: bool) -> SeenExtent {
-        let is_perspective = self.branches.is_perspective;
+    fn over_sphere(&self, seen: &SeenSphere, was_refined: bool) -> FieldOverSphere {
         // A group must not leave where it enters: the wider view may exclude more spheres that cross the camera plane.
-        let is_outside = self.leaving.is_outside(is_perspective, seen)
-            | (self.entering.is_outside(is_perspective, seen) & !was_refined);
-        if is_perspective {
-            let (leaving, entering) = (self.leaving.corner, self.entering.corner);
-            let corner = if was_refined { leaving } else { entering };
-            return SeenExtent::new(seen, is_outside, corner);
-        }
-        SeenExtent {
-            is_outside,
-            is_unbounded: seen.is_unusable(),
-            // The field is constant, so that its bounds do not depend on the sphere.
-            secant: 1.0,
-            depth: 1.0,
-        }
+        let is_outside =
+            self.leaving.excludes(seen) | (self.entering.excludes(seen) & !was_refined);
+        let (leaving, entering) = (self.leaving.corner_secant, self.entering.corner_secant);
+        let view = FieldOfView {
+            corner_secant: if was_refined { leaving } else { entering },
+            ..self.entering
+        };
+        view.over_sphere(seen, is_outside)
     }
 
     /// The field's strength for the whole group: its bound over the sphere, or one sample if the field is flat enough.
     /// Outside the field of view, it is zero or the strength on the axis.
     #[inline(always)]
-    fn strength(&self, seen: &SeenSphere, extent: &SeenExtent) -> f32 {
-        let constant = self.px_per_unit.x * self.px_per_unit.y;
-        let on_axis = constant * self.bias * self.bias;
-        if !self.branches.is_perspective {
-            return self.unless_outside(extent, constant, on_axis);
+    fn strength(&self, seen: &SeenSphere, over: &FieldOverSphere) -> f32 {
+        let px_per_unit = self.entering.px_per_unit;
+        let on_axis = px_per_unit.x * px_per_unit.y * self.bias * self.bias;
+        let on_axis = self.at_distance(on_axis, seen.distance * seen.distance);
+        let bound = over.bound(self.entering.strength(over), on_axis);
+        if self.branches.is_relaxed && self.branches.is_perspective && self.max_curl != 0.0 {
+            return self
+                .entering
+                .sampled_where_flat(seen, over, self.max_curl, bound);
         }
-        let bound = constant * extent.secant / (extent.depth * extent.depth) * (1.0 + ROUNDING);
-        let bound = self.unless_outside(extent, bound, on_axis / (seen.distance * seen.distance));
-        self.sampled_where_flat(constant, seen, extent, bound)
+        bound
     }
 
     /// Pixels per unit of a displacement across the sight ray, `√(c / cos φ)`, at most.
     #[inline(always)]
-    fn pixel_scale(&self, seen: &SeenSphere, extent: &SeenExtent) -> f32 {
-        let px_per_unit = self.px_per_unit.max_element();
-        let on_axis = px_per_unit * self.bias;
-        if !self.branches.is_perspective {
-            return self.unless_outside(extent, px_per_unit, on_axis);
-        }
-        let bound = px_per_unit * extent.secant / extent.depth * (1.0 + ROUNDING);
-        self.unless_outside(extent, bound, on_axis / seen.distance)
+    fn pixel_scale(&self, seen: &SeenSphere, over: &FieldOverSphere) -> f32 {
+        let on_axis = self.entering.px_per_unit.max_element() * self.bias;
+        let on_axis = self.at_distance(on_axis, seen.distance);
+        over.bound(self.entering.pixel_scale(over), on_axis)
     }
 
-    /// Returns `bound` in the view. Outside, returns zero or, with [`Offscreen::OnAxis`], `on_axis`.
+    /// The value of errors outside the view, which falls with `divisor` in a perspective view. It is zero without
+    /// [`Offscreen::OnAxis`].
     #[inline(always)]
-    fn unless_outside(&self, extent: &SeenExtent, bound: f32, on_axis: f32) -> f32 {
-        let is_outside = extent.is_outside;
-        let on_axis = if self.branches.counts_outside {
-            on_axis
-        } else {
+    fn at_distance(&self, on_axis: f32, divisor: f32) -> f32 {
+        if !self.branches.counts_outside {
             0.0
-        };
-        let value = if is_outside { on_axis } else { bound };
-        let is_known = is_outside | !extent.is_unbounded;
-        let is_length = is_known & (0.0..f32::INFINITY).contains(&value);
-        if is_length { value } else { f32::INFINITY }
-    }
-
-    /// One sample of the strength at the centre instead of its bound, if `κ < max_curl`.
-    #[inline(always)]
-    fn sampled_where_flat(
-        &self,
-        constant: f32,
-        seen: &SeenSphere,
-        extent: &SeenExtent,
-        bound: f32,
-    ) -> f32 {
-        let max_curl = self.max_curl;
-        if !(self.branches.is_relaxed && max_curl != 0.0) {
-            return bound;
+        } else if self.branches.is_perspective {
+            on_axis / divisor
+        } else {
+            on_axis
         }
-        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
-        // κ < max_curl, without dividing by depth.
-        let z_squared = center.z * center.z;
-        let off_axis_squared = center.x * center.x + center.y * center.y;
-        let change = radius * radius * (4.0 * z_squared + 9.0 * off_axis_squared);
-        let allowed = max_curl * max_curl * (distance * distance) * z_squared;
-        let is_flat = (center.z > 0.0) & (change < allowed);
-        let sample = constant * distance / (center.z * center.z * center.z);
-        // Values outside the view and infinity stay as they are. The centre may be outside the image.
-        let is_visible = !(extent.is_outside | extent.is_unbounded);
-        let is_sampled = is_flat & is_visible & (sample < bound);
-        if is_sampled { sample } else { bound }
     }
 
     /// `m·s` for a group's mean normal.
@@ -412,21 +373,14 @@ impl Criterion {
         smaller(across, most)
     }
 
-    /// The factor of errors by `min_aspect_ratio`, from the largest aspect ratio in the visible part of a sphere. That
-    /// ratio is `cos(φ − δ)`, or 1 if the sphere meets the axis, and at least the ratio of the widest corner.
+    /// The factor of errors by `min_aspect_ratio`, from the largest aspect ratio in the visible part of a sphere.
     #[inline(always)]
     fn relaxation(&self, seen: &SeenSphere) -> f32 {
         let limit = self.min_aspect_ratio;
         if !(self.branches.is_relaxed && self.branches.is_perspective && limit > 0.0) {
             return 1.0;
         }
-        let (center, radius, distance) = (seen.center, seen.radius, seen.distance);
-        // cos(φ − δ).
-        let off_axis = (center.x * center.x + center.y * center.y).sqrt();
-        let tangent_length = ((distance - radius) * (distance + radius)).sqrt();
-        let cosine = (center.z * tangent_length + off_axis * radius) / (distance * distance);
-        let widest = larger(cosine + ASPECT_ROUNDING, 1.0 / self.entering.corner);
-        let aspect = if off_axis <= radius { 1.0 } else { widest };
+        let aspect = self.entering.aspect_ratio(seen);
         // The factor relaxes errors only below the limit.
         let relaxed = aspect / limit;
         if aspect < limit { relaxed } else { 1.0 }
@@ -438,14 +392,6 @@ impl Criterion {
 fn unless_infinite(factor: f32, error_px: f32) -> f32 {
     let is_infinite = factor >= f32::INFINITY;
     if is_infinite { factor } else { error_px }
-}
-
-/// Pixels per unit of length along both axes, at unit depth in a perspective view.
-pub(crate) fn px_per_unit(camera: &Camera) -> Vec2 {
-    match camera {
-        Camera::Perspective(camera) => camera.focal_px,
-        Camera::Orthographic(camera) => camera.pixels_per_unit,
-    }
 }
 
 /// `v` of the module's formula. Rounding may leave |m| slightly above 1.

@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use super::bounds::SphereBound;
 use super::intrinsics::Intrinsics;
 use super::orthographic::OrthographicIntrinsics;
 use super::scalar::{Mat3, Mat4, Real, Vec2, Vec3};
@@ -101,33 +100,6 @@ impl Camera {
         match self {
             Self::Perspective(_) => Intrinsics::aspect_ratio(p),
             Self::Orthographic(_) => 1.0,
-        }
-    }
-
-    /// Returns `true` if a sphere can touch the field of view; see [`Intrinsics::touches_sphere`].
-    #[inline]
-    pub fn touches_sphere(&self, center: Vec3, radius: Real) -> bool {
-        match self {
-            Self::Perspective(camera) => camera.touches_sphere(center, radius),
-            Self::Orthographic(camera) => camera.touches_sphere(center, radius),
-        }
-    }
-
-    /// Upper bound of the strength over the visible part of a sphere.
-    #[inline]
-    pub fn strength_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        match self {
-            Self::Perspective(camera) => camera.strength_over_sphere(center, radius),
-            Self::Orthographic(camera) => camera.strength_over_sphere(center, radius),
-        }
-    }
-
-    /// Upper bound of the pixels per unit of displacement over the visible part of a sphere.
-    #[inline]
-    pub fn pixel_scale_over_sphere(&self, center: Vec3, radius: Real) -> SphereBound {
-        match self {
-            Self::Perspective(camera) => camera.pixel_scale_over_sphere(center, radius),
-            Self::Orthographic(camera) => camera.pixel_scale_over_sphere(center, radius),
         }
     }
 }

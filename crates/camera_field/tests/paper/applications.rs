@@ -141,14 +141,3 @@ fn edge_on_surfaces_have_no_finite_filter() {
     let edge_on = FilterKernel::new(&square_camera(1.0), DVec3::Z, DVec3::Z, DVec3::X);
     assert_eq!(edge_on, None);
 }
-
-#[test]
-fn coarsest_level_within_the_error_is_chosen() {
-    let errors = [0.0, 0.01, 0.1, 1.0];
-    for (scale, expected) in [(0.0, 3), (0.5, 3), (5.0, 2), (50.0, 1), (500.0, 0)] {
-        let level = coarsest_level(&errors, SphereBound::Bounded(scale), 1.0);
-        assert_eq!(level, expected, "{scale}");
-    }
-    assert_eq!(coarsest_level(&errors, SphereBound::Unbounded, 1.0), 0);
-    assert_eq!(coarsest_level(&[], SphereBound::Bounded(1.0), 1.0), 0);
-}

@@ -8,13 +8,12 @@
 //! The weights of the criterion depend on the direction. `E` is computed with their least and with their greatest
 //! value. The criterion itself decides an instance between the two.
 
-use camera_field::Camera;
+use camera_field::{Camera, FieldOfView};
 use fieldlod_hierarchy::Group;
 
 use super::error_bounds::{ErrorBounds, or_infinity};
 use super::{
-    normal_variance, px_per_unit, silhouette_weight, silhouette_width, usable_deviation,
-    visible_weight,
+    normal_variance, silhouette_weight, silhouette_width, usable_deviation, visible_weight,
 };
 use crate::lanes::larger;
 use crate::settings::LodSettings;
@@ -91,7 +90,7 @@ impl ErrorUnits {
     /// The weight of errors is 1 if errors count. Otherwise the weight of deviations is 1, or 0 without thresholds.
     pub(crate) fn new(camera: &Camera, settings: &LodSettings) -> Self {
         let weights = settings.error_weights();
-        let px = px_per_unit(camera);
+        let px = FieldOfView::of(camera).px_per_unit;
         // Errors count by the mean of both axes, deviations by the larger axis.
         let larger = (px.max_element() / px.min_element()).sqrt();
         let weight = weights.displacement_weight.unwrap_or(0.0);

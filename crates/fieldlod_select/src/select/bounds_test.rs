@@ -13,12 +13,10 @@
 //! # Outside
 //! A sphere is outside if its centre is beyond a side of the view by more than its radius.
 
-use camera_field::Camera;
+use camera_field::{Camera, FieldOfView};
 use glam::{Mat3, Vec3};
 
 use crate::criterion::error_bounds::{BOUNDS_COLUMNS, EightBounds};
-use crate::criterion::extent::corner_secant;
-use crate::criterion::px_per_unit;
 use crate::lanes::bits::{LANES, lane_bits};
 use crate::lanes::larger;
 use crate::settings::{LodSettings, Offscreen};
@@ -54,7 +52,8 @@ impl BoundsTest {
         camera: &Camera,
         threshold_px: f32,
     ) -> Self {
-        let (px, secant) = (px_per_unit(camera), corner_secant(camera));
+        let view = FieldOfView::of(camera);
+        let (px, secant) = (view.px_per_unit, view.corner_secant);
         let most = instance.camera_per_local;
         let factor = most * ROUNDING / threshold_px;
         let weights = settings.error_weights();

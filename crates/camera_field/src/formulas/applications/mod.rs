@@ -1,15 +1,13 @@
-//! The paper's applications of the field: level of detail, textures, splats, layered depth images and sample statistics.
+//! The paper's applications of the field: textures, splats, layered depth images and sample statistics.
 
-use super::{bounds, intrinsics, pose, scalar};
+use super::{intrinsics, pose, scalar};
 
 mod ldi;
-mod lod;
 mod splat;
 mod statistics;
 mod texture;
 
 pub use ldi::{FieldLine, ParallelCamera, convergent_point, equivalent_camera};
-pub use lod::coarsest_level;
 pub use splat::{SplatKernel, Surfel, splat_area_px2};
 pub use statistics::{SurfaceSamples, best_placement};
 pub use texture::{FilterKernel, filter_dimension, mip_level};

@@ -9,13 +9,11 @@
 //! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
 //! size of the sphere. The criterion would keep the cut of every instance that passes. NaN never passes.
 
-use camera_field::Camera;
+use camera_field::{Camera, FieldOfView};
 use glam::{Mat3, Vec3};
 
 use super::columns::EightLimits;
-use crate::criterion::extent::corner_secant;
 use crate::criterion::limits::{Allowed, ErrorUnits};
-use crate::criterion::px_per_unit;
 use crate::lanes::bits::{LANES, lane_bits, set_bits_of};
 use crate::lanes::{Eight, larger, smaller, with_avx2};
 use crate::scene::columns::{EightSpheres, sphere_at};
@@ -138,7 +136,7 @@ impl KeepTest {
         } else {
             f32::NAN
         };
-        let px = px_per_unit(&view.camera) * one;
+        let px = FieldOfView::of(&view.camera).px_per_unit * one;
         let per_unit = if counts_error {
             (px.x * px.y).sqrt()
         } else {
@@ -155,7 +153,7 @@ impl KeepTest {
             is_orthographic,
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
             least_cosines: [&view.camera, &view.kept_camera]
-                .map(|camera| 1.0 / corner_secant(camera)),
+                .map(|camera| 1.0 / FieldOfView::of(camera).corner_secant),
             scale: Scale::new(&thresholds, per_unit),
             on_axis,
             counts_secant: [units.deviation > 0.0, !counts_error],
@@ -394,7 +392,8 @@ fn least_relaxation(settings: &LodSettings, camera: &Camera) -> f32 {
     } else if settings.advanced.max_curl != 0.0 {
         0.0
     } else if settings.advanced.min_aspect_ratio > 0.0 {
-        (0.999 / (corner_secant(camera) * settings.advanced.min_aspect_ratio)).min(1.0)
+        (0.999 / (FieldOfView::of(camera).corner_secant * settings.advanced.min_aspect_ratio))
+            .min(1.0)
     } else {
         1.0
     }

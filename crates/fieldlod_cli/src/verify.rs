@@ -1,5 +1,7 @@
 //! `fieldlod verify`: checks a `.fieldlod` or `.fieldpages` file against the glTF file that it was baked from.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use fieldlod_bake::{
     Import, ImportError, ImportedPrimitive, PrimitivePlace, SourceMesh, Verified, VerifyError,
-    VerifySettings, import_gltf, unpack_gltf, verify, verify_rigged,
+    VerifySettings, import_gltf, unpack_gltf, verify, verify_layers, verify_rigged,
 };
 use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileError, Hierarchy, PagedFile};
@@ -16,8 +18,8 @@ use serde::Serialize;
 use crate::bake::add_clips;
 
 /// Check a .fieldlod or .fieldpages file against its source: invariants, deviations at denser samples, and pictures of
-/// each level from six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Skinned and morphed
-/// meshes are checked in the poses of their animations.
+/// each level from six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Thin layers, such as
+/// labels, must stay in front of static meshes. Skinned and morphed meshes are checked in the poses of their animations.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked, or the scene that `bake --scene` wrote beside its files.
@@ -172,19 +174,55 @@ fn remove_primitives_in_pages(import: &mut Import, source: &Path) -> Result<usiz
     Ok(before - import.primitives.len())
 }
 
-/// Verifies a hierarchy, which may lack the vertices of its source.
-fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, VerifyError> {
-    let settings = VerifySettings::default();
+/// A hierarchy that has the vertices of its source.
+fn whole_of<'a>(
+    source: &SourceMesh,
+    baked: &'a Hierarchy,
+) -> Result<Cow<'a, Hierarchy>, VerifyError> {
     if !baked.lacks_source_vertices() {
-        return verify(source, baked, &settings);
+        return Ok(Cow::Borrowed(baked));
     }
     // The vertices of another mesh would not fit.
     if baked.source != source.source_hash() {
         return Err(VerifyError::OtherSource);
     }
     let vertices = source.finite_vertices();
-    let whole = baked.clone().with_source_vertices(&vertices)?;
-    verify(source, &whole, &settings)
+    Ok(Cow::Owned(baked.clone().with_source_vertices(&vertices)?))
+}
+
+/// Verifies a hierarchy, which may lack the vertices of its source.
+fn verify_against(source: &SourceMesh, baked: &Hierarchy) -> Result<Verified, VerifyError> {
+    let whole = whole_of(source, baked)?;
+    verify(source, &whole, &VerifySettings::default())
+}
+
+/// Checks thin layers between static primitives that passed and have the same global transform. All of these fail if a
+/// layer is lost.
+fn verify_layers_between(import: &Import, file: &BakedFile, reports: &mut [PrimitiveReport]) {
+    let mut of_spaces: BTreeMap<u32, Vec<(usize, &SourceMesh, Cow<'_, Hierarchy>)>> =
+        BTreeMap::new();
+    for (index, primitive) in import.primitives.iter().enumerate() {
+        let place = &primitive.place;
+        let baked = file.find(place.mesh_index, place.primitive_index);
+        let is_static = primitive.rig.is_none() && reports[index].fault.is_none();
+        let baked = baked.filter(|_| is_static);
+        let whole = baked.and_then(|baked| whole_of(&primitive.mesh, &baked.hierarchy).ok());
+        if let Some(whole) = whole {
+            let of_space = of_spaces.entry(import.space_of_mesh(place.mesh_index));
+            of_space.or_default().push((index, &primitive.mesh, whole));
+        }
+    }
+    for of_space in of_spaces.into_values().filter(|own| own.len() > 1) {
+        let parts: Vec<_> = of_space
+            .iter()
+            .map(|(_, mesh, whole)| (*mesh, &**whole))
+            .collect();
+        if let Err(fault) = verify_layers(&parts, &VerifySettings::default()) {
+            for (index, ..) in &of_space {
+                reports[*index].fault = Some(fault.to_string());
+            }
+        }
+    }
 }
 
 /// Verifies the skinned and morphed primitives of a file, each with its index.
@@ -288,6 +326,7 @@ impl Report {
         primitives.sort_by_key(|(index, _)| *index);
         let primitives = primitives.into_iter().map(|(_, report)| report);
         let mut primitives: Vec<PrimitiveReport> = primitives.collect();
+        verify_layers_between(import, file, &mut primitives);
         for baked in &file.primitives {
             let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
             let mut found = primitives.iter().map(|p| (p.mesh, p.primitive));

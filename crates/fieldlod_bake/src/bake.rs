@@ -3,6 +3,8 @@
 use fieldlod_hierarchy::Hierarchy;
 
 use crate::config::BakeConfig;
+use crate::file::IN_PIECES_FROM;
+use crate::layers::Layers;
 use crate::levels::assemble::assemble;
 use crate::levels::build::build_levels;
 use crate::levels::source_order::in_source_order;
@@ -72,6 +74,11 @@ pub(crate) fn bake_valid_mesh(
     // Scale positions and weight attributes.
     let mut vertices = LevelVertices::of(simplified, topology, surfaces.clone(), NORMAL_WEIGHT);
     vertices.keep(kept, config.lock_borders);
+    // Meshes in units have no levels of the whole mesh, which layers need.
+    let is_whole = surfaces.is_joined() || mesh.triangle_count() < IN_PIECES_FROM;
+    let layers = is_whole
+        .then(|| Layers::of(simplified, &vertices))
+        .flatten();
     // Cluster, group, simplify and measure, level by level.
     let (mut groups, mut report) = build_levels(simplified, &mut vertices, config, progress);
     report.rounded_vertices = rounded_vertices;
@@ -81,7 +88,8 @@ pub(crate) fn bake_valid_mesh(
     }
     // `assemble` consumes the vertices.
     let measures_tears = vertices.shows_tears(config) && surfaces.any_textured();
-    let origin = surfaces.any_blended().then(|| vertices.origin.clone());
+    let mut origin = vertices.origin.clone();
+    let scaled_from_local = vertices.local_from_scaled.recip();
     // Bound and order the units.
     let mut hierarchy = assemble(mesh, vertices, &groups.0);
     let coarsest = hierarchy
@@ -95,8 +103,12 @@ pub(crate) fn bake_valid_mesh(
     if config.measure_appearance && (report.has_aggregates || torn.is_some()) {
         measure_levels(&mut hierarchy, &surfaces, report.has_aggregates, torn);
     }
+    // Keep layers in front of what they lie on.
+    if let Some(layers) = layers {
+        hierarchy = layers.lift(hierarchy, &mut origin, scaled_from_local);
+    }
     // Renderers blend the triangles of a mesh in their order.
-    if let Some(origin) = origin {
+    if surfaces.any_blended() {
         hierarchy = in_source_order(hierarchy, mesh, &origin);
     }
     (hierarchy, report)

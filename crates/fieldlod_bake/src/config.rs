@@ -33,9 +33,9 @@ pub struct BakeConfig {
     /// at least its longest edge.
     pub measure_appearance: bool,
     /// Triangle limit for primitives of one glTF mesh that change levels [together](crate::bake_together): plants such
-    /// as a tree of bark and leaves, and primitives that meet. 0 disables it. [`bake_adjacent`](crate::bake_adjacent),
-    /// and glTF meshes of [files](crate::bake_file) with a primitive of 20,000 triangles or more, use it only to avoid
-    /// cracks.
+    /// as a tree of bark and leaves, primitives that meet, and thin layers with what they lie on. 0 disables it.
+    /// [`bake_adjacent`](crate::bake_adjacent), and glTF meshes of [files](crate::bake_file) with a primitive of 20,000
+    /// triangles or more, use it only to avoid cracks.
     pub together_below_triangles: usize,
 }
 

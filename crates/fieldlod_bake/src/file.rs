@@ -16,7 +16,7 @@ use crate::import::{
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::components::{connect, find_first};
 use crate::mesh::{MeshError, SourceMesh, bits};
-use crate::plants::together::{bake_together_with_progress, config_for_adjacent};
+use crate::plants::together::{bake_together_with_progress, config_for_adjacent, layered_sets};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
 
@@ -24,7 +24,7 @@ use crate::report::BakeReport;
 /// fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`, "frame, kinds"). If one
 /// primitive of a glTF mesh is this large, all are baked separately. Primitives that share too many border vertices are
 /// baked together even then: otherwise they would have cracks.
-const IN_PIECES_FROM: usize = 20_000;
+pub(crate) const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,10 +85,14 @@ pub fn bake_import(
     import
         .primitives
         .retain(|primitive| primitive.rig.is_none());
+    let first = first_layered(&import, config);
+    let first_of = |primitive: &ImportedPrimitive| first[primitive.place.mesh_index as usize];
+    // A stable sort: the primitives of a mesh stay in order.
+    import.primitives.sort_by_key(first_of);
     // The primitives of one glTF mesh may be one plant.
     let meshes: Vec<&[ImportedPrimitive]> = import
         .primitives
-        .chunk_by(|a, b| a.place.mesh_index == b.place.mesh_index)
+        .chunk_by(|a, b| first_of(a) == first_of(b))
         .collect();
     // `outer` has one value per primitive, in the same order as the chunks above.
     let mut outer = outer_vertices(&import);
@@ -144,16 +148,41 @@ fn finish(
     Ok((primitive, report))
 }
 
-/// For each primitive, the vertices where it meets other meshes with the same global transform.
-fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
-    // Vertices can be compared only in one space.
+/// For each glTF mesh, the first mesh that it changes levels together with: a thin layer lies on another mesh with the
+/// same global transform.
+fn first_layered(import: &Import, config: &BakeConfig) -> Vec<u32> {
+    let mut first: Vec<u32> = (0..import.space_of_mesh.len() as u32).collect();
+    for indices in primitives_of_spaces(import).into_values() {
+        let primitives: Vec<_> = indices.iter().map(|&i| &import.primitives[i]).collect();
+        let mesh_of = |index: usize| primitives[index].place.mesh_index;
+        // Primitives of one mesh are compared when it is baked.
+        if (1..primitives.len()).all(|index| mesh_of(index) == mesh_of(0)) {
+            continue;
+        }
+        let meshes: Vec<&SourceMesh> = primitives.iter().map(|own| &own.mesh).collect();
+        for set in layered_sets(&meshes, config) {
+            set.iter()
+                .for_each(|&index| connect(&mut first, mesh_of(set[0]), mesh_of(index)));
+        }
+    }
+    let all = 0..first.len() as u32;
+    all.map(|mesh| find_first(&mut first, mesh)).collect()
+}
+
+/// The indices of the primitives that share each global transform. Vertices can be compared only in one space.
+fn primitives_of_spaces(import: &Import) -> BTreeMap<u32, Vec<usize>> {
     let mut of_spaces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (index, primitive) in import.primitives.iter().enumerate() {
         let space = import.space_of_mesh[primitive.place.mesh_index as usize];
         of_spaces.entry(space).or_default().push(index);
     }
+    of_spaces
+}
+
+/// For each primitive, the vertices where it meets other meshes with the same global transform.
+fn outer_vertices(import: &Import) -> Vec<Vec<bool>> {
     let mut outer = vec![Vec::new(); import.primitives.len()];
-    for indices in of_spaces.into_values() {
+    for indices in primitives_of_spaces(import).into_values() {
         let primitives = indices.iter().map(|&index| &import.primitives[index]);
         let meshes: Vec<_> = primitives.clone().map(|own| &own.mesh).collect();
         let meeting = meeting_vertices(&meshes, primitives.map(|own| own.place.mesh_index));
@@ -193,7 +222,7 @@ fn share_grids(primitives: &mut [BakedPrimitive], space_of_mesh: &[u32]) {
     }
 }
 
-/// Bakes the primitives of one glTF mesh.
+/// Bakes the primitives of one glTF mesh, or of several that lie on each other.
 fn bake_primitives(
     primitives: &[ImportedPrimitive],
     outer: &[Vec<bool>],

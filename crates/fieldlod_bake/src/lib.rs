@@ -25,6 +25,7 @@
 //! | the source mesh, its surface, components, borders and nearest triangles | `mesh` |
 //! | clusters, groups and their simplification, level by level; ordered and bounded units | `levels` |
 //! | leaves, blades and gravel, which keep their area; primitives of one plant; pictures of levels | `plants` |
+//! | thin layers, which stay in front of what they lie on | `layers` |
 //! | skinned and morphed meshes | `characters` |
 //! | deviation from the source, and tests for flipped triangles | `deviation` |
 //! | bytes | `file` of `fieldlod_hierarchy` |
@@ -42,6 +43,10 @@
 //!   samples. Ten times as many samples usually find at most 5 % more.
 //! - Texture seams and borders keep the positions of the source, except in small loose elements and torn textures.
 //! - Positions and attributes that differ only by rounding are welded, see `mesh/topology`.
+//! - Thin layers, such as labels and clothes, stay in front at levels of the whole mesh. The layer and the surface behind
+//!   it may be one mesh with fewer than 20,000 triangles, primitives of one glTF mesh, or meshes that a [file](bake_file)
+//!   places by the same transform. Larger meshes, instances with different transforms and rigged meshes have no such
+//!   promise; [`verify_layers`] finds lost layers of static meshes.
 //! - Tangents do not affect the error. Tangents of the source are projected onto the simplified surface.
 //!
 //! Levels of skinned and morphed meshes use source vertices alone. Their deviation is 1.5 times the largest at samples
@@ -68,6 +73,7 @@ mod file;
 #[cfg(any(test, feature = "test-support"))]
 pub mod fixtures;
 mod import;
+mod layers;
 mod levels;
 mod mesh;
 #[cfg(any(test, feature = "test-support"))]
@@ -78,7 +84,7 @@ mod report;
 mod verify;
 
 /// Increased whenever the same mesh and configuration give different levels. Bake caches use it in their keys.
-pub const REVISION: u32 = 9;
+pub const REVISION: u32 = 10;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[cfg(any(test, feature = "test-support"))]
@@ -101,4 +107,6 @@ pub use mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 pub use plants::together::{bake_adjacent, bake_together};
 pub use progress::BakeProgress;
 pub use report::{BakeReport, Fallback, FallbackKind};
-pub use verify::{Verified, VerifyError, VerifySettings, verify};
+#[cfg(any(test, feature = "test-support"))]
+pub use verify::swallowed_share;
+pub use verify::{Verified, VerifyError, VerifySettings, verify, verify_layers};

@@ -1,13 +1,14 @@
 //! `fieldlod verify`: checks a `.fieldlod` or `.fieldpages` file against the glTF file that it was baked from.
 
+use std::collections::BTreeMap;
 use std::fmt::{Display, Write};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use fieldlod_bake::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, VerifySettings, import_gltf,
-    unpack_gltf, verify, verify_rigged,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, SourceMesh, VerifySettings,
+    import_gltf, unpack_gltf, verify, verify_layers, verify_rigged,
 };
 use fieldlod_cli::output::{Failure, print, thousands};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, FileError, Hierarchy, PagedFile};
@@ -16,8 +17,8 @@ use serde::Serialize;
 use crate::bake::add_clips;
 
 /// Check a .fieldlod or .fieldpages file against its source: invariants, deviations at denser samples, and pictures of
-/// each level from six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Skinned and morphed
-/// meshes are checked in the poses of their animations.
+/// each level from six sides. 200 random cuts are checked for holes, overlaps and flipped triangles. Thin layers, such as
+/// labels, must stay in front of static meshes. Skinned and morphed meshes are checked in the poses of their animations.
 #[derive(Args, Debug)]
 pub(crate) struct Arguments {
     /// The .gltf or .glb file that was baked, or the scene that `bake --scene` wrote beside its files.
@@ -172,6 +173,31 @@ fn remove_primitives_in_pages(import: &mut Import, source: &Path) -> Result<usiz
     Ok(before - import.primitives.len())
 }
 
+/// Checks thin layers between static primitives that passed and have the same global transform. All of these fail if a
+/// layer is lost.
+fn verify_layers_between(import: &Import, file: &BakedFile, reports: &mut [PrimitiveReport]) {
+    let mut of_spaces: BTreeMap<u32, (Vec<usize>, Vec<(&SourceMesh, &Hierarchy)>)> =
+        BTreeMap::new();
+    for (index, primitive) in import.primitives.iter().enumerate() {
+        let place = &primitive.place;
+        let baked = file.find(place.mesh_index, place.primitive_index);
+        let is_static = primitive.rig.is_none() && reports[index].fault.is_none();
+        if let Some(baked) = baked.filter(|_| is_static) {
+            let of_space = of_spaces.entry(import.space_of_mesh(place.mesh_index));
+            let (indices, parts) = of_space.or_default();
+            indices.push(index);
+            parts.push((&primitive.mesh, &baked.hierarchy));
+        }
+    }
+    for (indices, parts) in of_spaces.into_values().filter(|(own, _)| own.len() > 1) {
+        if let Err(fault) = verify_layers(&parts, &VerifySettings::default()) {
+            for index in indices {
+                reports[index].fault = Some(fault.to_string());
+            }
+        }
+    }
+}
+
 /// Verifies the skinned and morphed primitives of a file, each with its index.
 fn verify_rigged_of(import: &Import, file: &BakedFile) -> Vec<(usize, PrimitiveReport)> {
     let baked = import.primitives.iter().map(|primitive| {
@@ -270,6 +296,7 @@ impl Report {
         primitives.sort_by_key(|(index, _)| *index);
         let primitives = primitives.into_iter().map(|(_, report)| report);
         let mut primitives: Vec<PrimitiveReport> = primitives.collect();
+        verify_layers_between(import, file, &mut primitives);
         for baked in &file.primitives {
             let (mesh, primitive) = (baked.mesh_index, baked.primitive_index);
             let mut found = primitives.iter().map(|p| (p.mesh, p.primitive));

@@ -113,6 +113,58 @@ fn verify_passes_a_bake_and_rejects_another_mesh() {
     assert_verify_fails(&input, &file, "it was baked from another mesh");
 }
 
+/// Writes a barrel and a label on it as two meshes.
+fn labelled_glb(folder: &Path) -> PathBuf {
+    let mut file = Glb::new();
+    let mut wall = |cells: u32, turns: [f32; 2], heights: [f32; 2], radius: f32| {
+        let part =
+            |share: u32, [from, to]: [f32; 2]| from + (to - from) * share as f32 / cells as f32;
+        let side = cells + 1;
+        let vertices = (0..side * side).map(|i| {
+            let (sin, cos) = (part(i / side, turns) * std::f32::consts::TAU).sin_cos();
+            let height = part(i % side, heights);
+            ([cos * radius, height, sin * radius], [cos, 0.0, sin])
+        });
+        let (positions, normals): (Vec<_>, Vec<_>) = vertices.unzip();
+        let mut primitive = file.add_grid(cells);
+        for (name, values) in [("POSITION", positions), ("NORMAL", normals)] {
+            let bytes: Vec<u8> = values
+                .iter()
+                .flatten()
+                .flat_map(|x| x.to_le_bytes())
+                .collect();
+            primitive["attributes"][name] = json!(file.add(&bytes, FLOAT, "VEC3", values.len()));
+        }
+        json!({ "primitives": [primitive] })
+    };
+    let barrel = wall(40, [0.0, 1.0], [0.0, 3.0], 1.0);
+    let label = wall(16, [0.1, 0.4], [0.8, 2.0], 1.003);
+    file.json["meshes"] = json!([barrel, label]);
+    file.json["nodes"] = json!([{ "mesh": 0 }, { "mesh": 1 }]);
+    let path = folder.join("labelled.glb");
+    file.write(&path);
+    path
+}
+
+#[test]
+fn verify_finds_layers_that_another_mesh_swallows() {
+    let folder = TempDir::new().unwrap();
+    let input = labelled_glb(folder.path());
+    let file = input.with_extension("fieldlod");
+    output(&["bake", text(&input)]);
+    output(&["verify", text(&input), text(&file)]);
+    // Apart, each mesh has levels of its own.
+    change(&input, |json| {
+        json["nodes"][1]["translation"] = json!([5, 0, 0]);
+    });
+    output(&["bake", text(&input)]);
+    output(&["verify", text(&input), text(&file)]);
+    change(&input, |json| {
+        json["nodes"][1]["translation"] = json!([0, 0, 0]);
+    });
+    assert_verify_fails(&input, &file, "where it is");
+}
+
 fn assert_verify_fails(input: &Path, file: &Path, fault: &str) {
     let verify = fieldlod(&["verify", text(input), text(file)]);
     assert_eq!(verify.status.code(), Some(1));

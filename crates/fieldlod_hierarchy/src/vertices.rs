@@ -53,6 +53,20 @@ impl Vertices {
         }
     }
 
+    /// Adds a copy of a vertex at another position.
+    ///
+    /// # Panics
+    /// If the index is out of range.
+    pub fn push_copy(&mut self, vertex: u32, position: Vec3) {
+        let copy = self.at(&[vertex]);
+        self.positions.push(position);
+        self.normals.extend(copy.normals);
+        self.uvs.extend(copy.uvs);
+        self.tangents.extend(copy.tangents);
+        self.uvs_1.extend(copy.uvs_1);
+        self.colors.extend(copy.colors);
+    }
+
     /// Hash of a mesh with exactly these vertices and the triangle list `indices`.
     ///
     /// The indices of a mesh without an index buffer are `0, 1, 2, …`.

@@ -89,6 +89,13 @@ impl Import {
         })
     }
 
+    /// A number that meshes of the file with the same global transform share. Meshes that are placed several times share
+    /// none.
+    #[must_use]
+    pub fn space_of_mesh(&self, mesh: u32) -> u32 {
+        self.space_of_mesh[mesh as usize]
+    }
+
     /// Adds the clips of another file. They move the nodes of this file with the same names; animations of other nodes
     /// are ignored.
     ///

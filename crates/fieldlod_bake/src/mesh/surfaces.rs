@@ -47,6 +47,11 @@ impl Surfaces {
         }
     }
 
+    /// Whether the mesh was joined from several parts.
+    pub(crate) fn is_joined(&self) -> bool {
+        self.parts.len() > 1
+    }
+
     /// Surface and texture coordinates of each vertex of a hierarchy.
     pub(crate) fn vertex_surfaces(&self, hierarchy: &Hierarchy) -> VertexSurfaces<'_> {
         let vertices = &hierarchy.vertices;

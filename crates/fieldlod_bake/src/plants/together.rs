@@ -3,6 +3,7 @@
 //! Leaves hide the bark. Two meshes that are baked separately draw 1.4 to 6.4 times the triangles of one mesh at equal
 //! quality. All meshes of the object get the same spheres, errors and mean normals, and change levels together.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use fieldlod_hierarchy::{Group, Hierarchy, Vertices};
@@ -13,8 +14,10 @@ use rustc_hash::FxHashMap;
 use crate::bake::{bake_mesh_with_progress, bake_valid_mesh};
 use crate::config::BakeConfig;
 use crate::deviation::deviation_in_local;
+use crate::layers::Layers;
 use crate::levels::neighbours::meeting_vertices;
 use crate::levels::vertices::border_of;
+use crate::mesh::components::{connect, find_first};
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
@@ -37,7 +40,8 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// Bakes meshes of one object and returns the results in the same order. Plants are baked together, other meshes
 /// separately.
 ///
-/// Small meshes that all meet other meshes at open borders are also baked together, in any number. Larger meshes keep
+/// Small meshes that all meet other meshes at open borders are also baked together, in any number. So are small meshes
+/// that lie on others in thin layers, such as labels. Larger meshes keep
 /// the vertices where they meet, at all levels, if these are at most a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
@@ -131,18 +135,62 @@ pub(crate) fn bake_together_with_progress(
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
-    let bake_separately = |(index, mesh): (usize, &&SourceMesh)| {
+    let kept_of = |index: usize| -> Vec<bool> {
         let marks = [&own[index], &outer[index]];
         let is_kept = |vertex| marks.iter().any(|marks| marks.get(vertex) == Some(&true));
-        let kept: Vec<bool> = (0..mesh.positions.len()).map(is_kept).collect();
-        bake_mesh_with_progress(
-            mesh,
-            kept_within_budget(&kept, mesh),
-            config,
-            &shares[index],
-        )
+        (0..meshes[index].positions.len()).map(is_kept).collect()
     };
-    meshes.par_iter().enumerate().map(bake_separately).collect()
+    let bake_separately = |index: usize| {
+        let (mesh, kept) = (meshes[index], kept_of(index));
+        let kept = kept_within_budget(&kept, mesh);
+        bake_mesh_with_progress(mesh, kept, config, &shares[index])
+    };
+    // A layer and the meshes behind it change levels together.
+    let bake_layered = |set: &[usize]| {
+        let of_set: Vec<&SourceMesh> = set.iter().map(|&index| meshes[index]).collect();
+        let kept: Vec<Vec<bool>> = set.iter().map(|&index| kept_of(index)).collect();
+        let share = &shares[set[0]];
+        bake_joined(&of_set, Joint::Surface, &kept.concat(), config, share)
+    };
+    let bake_set = |set: Vec<usize>| -> Vec<_> {
+        let layered = (set.len() > 1).then(|| bake_layered(&set)).flatten();
+        let baked: Vec<_> = match layered {
+            Some(baked) => baked.into_iter().map(Ok).collect(),
+            None => set
+                .par_iter()
+                .map(|&index| bake_separately(index))
+                .collect(),
+        };
+        set.into_iter().zip(baked).collect()
+    };
+    let sets = layered_sets(meshes, config).into_par_iter();
+    let mut baked: Vec<_> = sets.flat_map_iter(bake_set).collect();
+    baked.sort_by_key(|(index, _)| *index);
+    baked.into_iter().map(|(_, baked)| baked).collect()
+}
+
+/// The indices of meshes that lie on each other in thin layers, and those of single meshes. Both are in ascending order.
+pub(crate) fn layered_sets(meshes: &[&SourceMesh], config: &BakeConfig) -> Vec<Vec<usize>> {
+    let mut first: Vec<u32> = (0..meshes.len() as u32).collect();
+    if meshes.len() > 1 && can_be_joined(meshes, config) {
+        let joined = as_one_mesh(meshes, Joint::Surface);
+        let ranges = ranges_of(meshes);
+        let mesh_of = |vertex: u32| ranges.partition_point(|r| r.end <= vertex as usize) as u32;
+        if let Some(found) = Layers::of_joined(&joined) {
+            for (own, range) in (0..).zip(&ranges) {
+                let on_others = found.mostly_on_others(&joined, range).into_iter();
+                for behind in on_others.flat_map(|layer| &layer.behind) {
+                    connect(&mut first, own, mesh_of(*behind));
+                }
+            }
+        }
+    }
+    let mut sets: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for index in 0..meshes.len() {
+        let own = find_first(&mut first, index as u32);
+        sets.entry(own).or_default().push(index);
+    }
+    sets.into_values().collect()
 }
 
 /// The vertices to keep; none if there are too many, because coarse levels would consist of kept vertices.

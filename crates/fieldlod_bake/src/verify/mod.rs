@@ -1,6 +1,7 @@
 //! Checks a hierarchy against the mesh that it was baked from, without trusting the bake.
 
 mod cuts;
+mod layers;
 mod pictures;
 mod report;
 mod samples;
@@ -9,6 +10,9 @@ mod subject;
 use fieldlod_hierarchy::Hierarchy;
 
 pub(crate) use cuts::differing_triangles;
+#[cfg(any(test, feature = "test-support"))]
+pub use layers::swallowed_share;
+pub use layers::verify_layers;
 pub use report::{Verified, VerifyError, VerifySettings};
 
 use crate::mesh::SourceMesh;
@@ -16,7 +20,7 @@ use crate::mesh::used_vertices::Compact;
 use subject::Subject;
 
 /// Checks a hierarchy against its source: every invariant, deviations at independent samples, random cuts, and pictures
-/// of each level from six sides.
+/// of each level from six sides. [`verify_layers`] checks layers between several meshes.
 ///
 /// # Errors
 /// The first fault found.
@@ -36,5 +40,6 @@ pub fn verify(
     samples::check(&subject, &mut verified)?;
     cuts::check(&subject, &mut verified)?;
     pictures::check(&subject, &mut verified)?;
+    verified.swallowed_pixels = verify_layers(&[(mesh, hierarchy)], settings)?;
     Ok(verified)
 }

@@ -16,12 +16,12 @@ use crate::plants::picture::Raster;
 const LEAST_SIDE: usize = 8;
 const MOST_SIDE: usize = 256;
 /// Empty pixels at each edge of a picture. At least [`AROUND`], so that neighbours exist.
-const MARGIN: usize = 2;
+pub(super) const MARGIN: usize = 2;
 /// A pixel counts only if the source shows the same at all pixels within this distance, because a silhouette may move
 /// by a pixel or two.
-const AROUND: usize = 2;
+pub(super) const AROUND: usize = 2;
 /// With fewer pixels in all six pictures, the share of wrong pixels is random.
-const FEWEST_PIXELS: usize = 48;
+pub(super) const FEWEST_PIXELS: usize = 48;
 
 /// Content of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,15 +85,20 @@ fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
 }
 
 /// The region that pictures show.
-struct Frame {
+pub(super) struct Frame {
     center: Vec3,
-    extent: f32,
+    pub(super) extent: f32,
 }
 
 impl Frame {
     fn of(subject: &Subject<'_>) -> Option<Self> {
         let source = subject.source_triangles().as_flattened().iter();
-        let aabb = Aabb::around(source.map(|&vertex| subject.positions[vertex as usize]))?;
+        Self::around(source.map(|&vertex| subject.positions[vertex as usize]))
+    }
+
+    /// The region around points. `None` if it has no extent.
+    pub(super) fn around(points: impl Iterator<Item = Vec3>) -> Option<Self> {
+        let aabb = Aabb::around(points)?;
         let extent = (aabb.max - aabb.min).max_element();
         (extent > 0.0).then(|| Self {
             center: (aabb.min + aabb.max) * 0.5,
@@ -112,21 +117,21 @@ impl Frame {
         [0, 1, 2].map(|axis| self.pictures_along(axis, triangles, side))
     }
 
+    /// Column, row and height in pixels of a point in the picture along an axis, with margins.
+    pub(super) fn place(&self, point: Vec3, axis: usize, side: usize) -> Vec3 {
+        let p = (point - self.center) * (side as f32 / self.extent);
+        // The next two axes, so that triangles keep their winding.
+        let [u, v] = [p[(axis + 1) % 3], p[(axis + 2) % 3]];
+        (Vec2::new(u, v) + (side + 2 * MARGIN) as f32 * 0.5).extend(p[axis])
+    }
+
     fn pictures_along(&self, axis: usize, triangles: &[[Vec3; 3]], side: usize) -> [Vec<Shown>; 2] {
         let side_with_margin = side + 2 * MARGIN;
-        let scale = side as f32 / self.extent;
-        let middle = side_with_margin as f32 * 0.5;
-        let place = |point: Vec3| {
-            let p = (point - self.center) * scale;
-            // The next two axes, so that triangles keep their winding.
-            let [u, v] = [p[(axis + 1) % 3], p[(axis + 2) % 3]];
-            (Vec2::new(u, v) + middle).extend(p[axis])
-        };
         // The nearest front and back faces from both ends of the axis.
         let far = [f32::NEG_INFINITY; 2];
         let mut nearest = vec![[far; 2]; side_with_margin * side_with_margin];
         for corners in triangles {
-            let corners = corners.map(place);
+            let corners = corners.map(|corner| self.place(corner, axis, side));
             let [a, b, c] = corners.map(Vec3::truncate);
             let faces_up = (b - a).perp_dot(c - a) > 0.0;
             let Some(raster) = Raster::of(corners, side_with_margin) else {

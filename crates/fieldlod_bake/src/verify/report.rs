@@ -23,6 +23,9 @@ pub struct VerifySettings {
     /// Largest share of the pixels of a level that may be missing or show a back face. It is measured in six pictures,
     /// whose size makes the error of the level one pixel.
     pub wrong_pixels: f32,
+    /// Largest share of the pixels of a thin layer, such as a label, that may show the surface behind it. It is measured
+    /// in six pictures of several sizes, at the levels that are drawn with one pixel of error.
+    pub swallowed_pixels: f32,
 }
 
 impl Default for VerifySettings {
@@ -34,6 +37,7 @@ impl Default for VerifySettings {
             tolerance: 0.05,
             flipped_area: 0.01,
             wrong_pixels: 0.15,
+            swallowed_pixels: 0.05,
         }
     }
 }
@@ -54,6 +58,8 @@ pub struct Verified {
     pub flipped_area: f32,
     /// The largest share of a level's pixels that are missing or show a back face.
     pub wrong_pixels: f32,
+    /// The largest share of the pixels of a thin layer that show the surface behind it.
+    pub swallowed_pixels: f32,
 }
 
 /// Why a hierarchy fails.
@@ -113,4 +119,9 @@ pub enum VerifyError {
         "at level {level}, {share:.3} of the pixels are missing or show a back face where its error is one pixel"
     )]
     Pictures { level: u32, share: f32 },
+    /// The surface behind a thin layer shows through it.
+    #[error(
+        "where it is {side} pixels large, {share:.3} of the pixels of a thin layer show the surface behind it"
+    )]
+    Layer { side: usize, share: f32 },
 }

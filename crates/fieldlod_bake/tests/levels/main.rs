@@ -7,6 +7,7 @@ mod aggregates;
 mod clusterlod;
 mod deviation;
 mod invariants;
+mod layers;
 mod matches_naive;
 mod neighbours;
 mod pictures;

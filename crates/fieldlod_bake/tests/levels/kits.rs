@@ -58,21 +58,6 @@ fn kits_keep_their_covered_area() {
     }
 }
 
-/// The plate has the same colour, so pictures of both do not show whether pieces are missing.
-#[test]
-fn pieces_keep_their_area_in_front_of_a_plate() {
-    let mut kits = fixtures::loose_pieces(1).into_iter();
-    let pieces = kits.find(|it| it.name == "tiles").unwrap().mesh;
-    let pieces = in_unit_sphere(pieces);
-    let mut plate = in_unit_sphere(fixtures::plane(1));
-    for position in &mut plate.positions {
-        *position = Vec3::new(position.z, position.x, -0.1);
-    }
-    assert_measure_is_kept(&[&plate, &pieces], |hierarchy, triangles| {
-        covered(hierarchy, triangles, |_| true)
-    });
-}
-
 #[test]
 fn trims_that_meet_a_body_keep_their_area_and_facing() {
     let [body, trims] = fixtures::platform();

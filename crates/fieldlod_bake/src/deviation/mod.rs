@@ -194,7 +194,7 @@ impl SourceSurface {
         let corners: Vec<[Vec3; 3]> = triangles.iter().map(|t| t.map(position)).collect();
         let surface = TriangleTree::new(corners.iter().copied());
         let margin = match simplified.method {
-            Method::Elements => AGGREGATE_MARGIN,
+            Method::Elements | Method::Pieces => AGGREGATE_MARGIN,
             _ => SAMPLING_MARGIN,
         };
         // The result gets the margin, which must not raise the deviation of the finer groups.

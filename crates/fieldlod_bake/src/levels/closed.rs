@@ -133,6 +133,7 @@ mod tests {
             is_locked: vec![false; piece.vertices.len()],
             visible_px: None,
             ratio: config.simplify_ratio,
+            loose: Method::Elements,
             is_whole: true,
             area_gain: 1.0,
             piece,

@@ -54,7 +54,7 @@ impl SimplifiedGroup {
     fn fallback(&self, part: &[Cluster], group: u32) -> Option<Fallback> {
         let kind = match self.simplified.method {
             Method::Moved | Method::Kept if self.simplified.is_pruned => FallbackKind::Pruned,
-            Method::Elements | Method::Moved | Method::Kept => return None,
+            Method::Elements | Method::Pieces | Method::Moved | Method::Kept => return None,
             Method::Torn => FallbackKind::TexturesTorn,
             Method::Sloppy => FallbackKind::Sloppy,
         };

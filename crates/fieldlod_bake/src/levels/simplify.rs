@@ -22,6 +22,8 @@ const ROUNDING: f32 = 1e-6;
 pub(crate) enum Method {
     /// Like `Moved`, but loose elements such as leaves keep their area.
     Elements,
+    /// Like `Elements`, for the pieces of a kit: the error is at least the radius of each pruned piece.
+    Pieces,
     /// Vertices and attributes move to reduce the error. Topology and seams are kept.
     Moved,
     /// Vertices stay in place.
@@ -45,6 +47,8 @@ pub(crate) struct Task<'a> {
     pub(crate) uv_ranges: OnceLock<Option<UvRanges>>,
     /// Share of the triangles to keep.
     pub(crate) ratio: f32,
+    /// Method for loose elements: `Elements` or `Pieces`.
+    pub(crate) loose: Method,
     /// Whether this is the only group of its level.
     pub(crate) is_whole: bool,
     /// Factor for the areas of simplified elements. It corrects the covered area.
@@ -82,7 +86,7 @@ impl Task<'_> {
             let simplified = self.attempt(method, ratio)?;
             self.opens_no_edge(&simplified).then_some(simplified)
         };
-        let mut first = [(Method::Elements, wanted), (Method::Moved, wanted)].map(closed);
+        let mut first = [(self.loose, wanted), (Method::Moved, wanted)].map(closed);
         if let [Some(elements), Some(moved)] = &first
             && moved.error_in_scaled < elements.error_in_scaled
             && self.keeps_parts(moved)
@@ -119,12 +123,12 @@ impl Task<'_> {
         }
         let target = ((triangles as f32 * ratio) as usize).max(1) * 3;
         let mut simplified = match method {
-            Method::Elements => self.simplify_aggregate(ratio)?,
+            Method::Elements | Method::Pieces => self.simplify_aggregate(ratio)?,
             _ => self.simplify_by(method, target),
         };
         let most = (triangles as f32 * self.config.stuck_ratio) as usize * 3;
         // `simplify_aggregate` has already chosen which elements to remove.
-        if simplified.corners.len() > most && method != Method::Elements {
+        if simplified.corners.len() > most && method != self.loose {
             self.prune(&mut simplified, target);
         }
         // An empty result gets one triangle. A small group with a single triangle left counts as stuck.
@@ -257,7 +261,7 @@ impl Task<'_> {
     }
 
     fn locks(&self, method: Method) -> Vec<SimplifyVertex> {
-        let keeps_seams = matches!(method, Method::Elements | Method::Moved | Method::Kept);
+        let keeps_seams = !matches!(method, Method::Torn | Method::Sloppy);
         let own = self.piece.vertices.iter().zip(&self.is_locked);
         own.map(|(&vertex, &is_locked)| {
             let mut lock = SimplifyVertex::empty();

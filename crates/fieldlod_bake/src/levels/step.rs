@@ -121,6 +121,7 @@ impl LevelStep<'_> {
             is_locked: is_locked.collect(),
             visible_px: visible_px.map(|pixels| own().map(|vertex| pixels[vertex]).collect()),
             ratio: self.plant.ratio,
+            loose: self.plant.loose,
             is_whole: self.parts.len() == 1,
             area_gain: self.plant.area_gain,
             piece,

@@ -15,9 +15,10 @@
 
 use glam::Vec3;
 
-use crate::levels::simplify::{Method, Simplified, Task};
+use crate::levels::simplify::{Simplified, Task};
 use crate::mesh::SourceMesh;
 use crate::mesh::components::{Component, components_of};
+use crate::plants::kits::LooseElements;
 
 /// A group with fewer loose components is not an aggregate. At 3 and 12, plants' errors at equal triangles change by
 /// less than 2 %.
@@ -48,9 +49,9 @@ const ERROR_OF_ELEMENTS: f32 = 0.3;
 /// Elements keep at least this share of their triangles, even if surfaces use up the budget.
 const MIN_ELEMENT_RATIO: f32 = 0.125;
 
-/// Returns whether loose elements, such as leaves and fronds, have many of the triangles. `place` holds the first
-/// vertex at each vertex's position.
-pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
+/// Returns what the loose elements of a mesh are, such as leaves and fronds. `None` if they have few of the triangles.
+/// `place` holds the first vertex at each vertex's position.
+pub(crate) fn loose_elements(mesh: &SourceMesh, place: &[u32]) -> Option<LooseElements> {
     let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(Vec3::to_array).collect();
     // Normalize the coordinates: areas of very large or small meshes would overflow or underflow.
     let coordinates = positions.as_flattened_mut();
@@ -61,13 +62,13 @@ pub(crate) fn is_aggregate(mesh: &SourceMesh, place: &[u32]) -> bool {
         .iter_mut()
         .for_each(|at| *at /= extent.max(f32::MIN_POSITIVE));
     let is_locked = vec![false; positions.len()];
-    let components = components_of(&mesh.indices, &positions, place, &is_locked);
+    let mut components = components_of(&mesh.indices, &positions, place, &is_locked);
     let share = |count: usize| count as f32 / mesh.triangle_count() as f32;
     // Elements without area cover nothing, and cannot be scaled.
-    let is_element = |c: &&Component| share(c.triangles.len()) <= MAX_ELEMENT_SHARE && c.area > 0.0;
-    let elements = components.iter().filter(is_element);
-    let elements: Vec<usize> = elements.map(|c| c.triangles.len()).collect();
-    elements.len() >= MIN_ELEMENTS && share(elements.iter().sum()) >= MIN_SHARE_IN_ELEMENTS
+    components.retain(|c| share(c.triangles.len()) <= MAX_ELEMENT_SHARE && c.area > 0.0);
+    let count = components.iter().map(|c| c.triangles.len()).sum();
+    (components.len() >= MIN_ELEMENTS && share(count) >= MIN_SHARE_IN_ELEMENTS)
+        .then(|| LooseElements::of(&components, &positions))
 }
 
 impl Task<'_> {
@@ -75,7 +76,7 @@ impl Task<'_> {
     /// aggregate.
     pub(crate) fn simplify_aggregate(&self, ratio: f32) -> Option<Simplified> {
         let (elements, surfaces) = self.elements_and_surfaces()?;
-        let mut simplified = self.unchanged(Method::Elements);
+        let mut simplified = self.unchanged(self.loose);
         let count = triangles_of(&elements);
         let wanted = self.piece.triangle_count() as f32 * ratio;
         // Surfaces get the part of the budget that elements leave over.
@@ -100,8 +101,9 @@ impl Task<'_> {
             element.area * error * error
         });
         let squares = surface_area * surface_error * surface_error + element_squares.sum::<f32>();
-        simplified.error_in_scaled =
-            (squares / (surface_area + element_area).max(f32::MIN_POSITIVE)).sqrt();
+        let mean = (squares / (surface_area + element_area).max(f32::MIN_POSITIVE)).sqrt();
+        // Larger if a piece of a kit was pruned.
+        simplified.error_in_scaled = simplified.error_in_scaled.max(mean);
         let kept = elements.iter().flat_map(Component::corners);
         simplified.corners = surface.into_iter().chain(kept).collect();
         Some(simplified)

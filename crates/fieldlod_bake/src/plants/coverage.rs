@@ -14,7 +14,7 @@ use fieldlod_hierarchy::{Aabb, Sphere};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use crate::levels::simplify::{Simplified, Task};
+use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::{LevelVertices, Piece};
 use crate::mesh::components::{Component, components_of};
 use crate::mesh::surface::Surface;
@@ -316,7 +316,8 @@ impl Task<'_> {
                 .map(|own| (own, position(own) + offset(own)))
                 .collect();
         }
-        if more <= 0.0 {
+        // The body of a kit stays in place.
+        if more <= 0.0 || self.loose == Method::Pieces {
             return Vec::new();
         }
         // A sphere of the same area grows by this length.

@@ -1,5 +1,7 @@
 //! Nearest neighbours of elements, searched along a space-filling curve.
 
+use std::cmp::Ordering;
+
 use crate::mesh::adapter;
 use crate::mesh::components::Component;
 
@@ -37,18 +39,33 @@ impl Curve {
 
     /// The nearest element among the neighbours on the curve. `None` if no other element is left.
     pub(crate) fn nearest(&self, index: usize, elements: &[Component]) -> Option<usize> {
+        let others = self.neighbours(index).into_iter();
+        others.min_by(|a, b| by_distance(elements, index, *a, *b))
+    }
+
+    /// The `count` nearest elements among the neighbours on the curve.
+    pub(crate) fn nearest_of(
+        &self,
+        index: usize,
+        elements: &[Component],
+        count: usize,
+    ) -> Vec<usize> {
+        let mut others = self.neighbours(index);
+        others.sort_by(|a, b| by_distance(elements, index, *a, *b));
+        others.truncate(count);
+        others
+    }
+
+    /// Neighbours on the curve are near in space in most cases, and are found without a search tree that would have to
+    /// change with each pruned element.
+    fn neighbours(&self, index: usize) -> Vec<usize> {
         let along = |next: &'_ [u32]| {
             let step = |at: &u32| Some(next[*at as usize]).filter(|at| *at != NONE);
             let others = std::iter::successors(step(&(index as u32)), step);
             let others = others.take(MAX_STEPS).map(|other| other as usize);
             others.collect::<Vec<usize>>()
         };
-        // Neighbours on the curve are near in space in most cases, and are found without a search tree that would have
-        // to change with each pruned element.
-        let own = elements[index].centroid;
-        let distance = |other: &usize| elements[*other].centroid.distance_squared(own);
-        let others = along(&self.previous).into_iter().chain(along(&self.next));
-        others.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        [along(&self.previous), along(&self.next)].concat()
     }
 
     pub(crate) fn remove(&mut self, index: usize) {
@@ -60,6 +77,13 @@ impl Curve {
             self.previous[next as usize] = previous;
         }
     }
+}
+
+/// Compares two elements by their distances from a third.
+fn by_distance(elements: &[Component], from: usize, a: usize, b: usize) -> Ordering {
+    let own = elements[from].centroid;
+    let distance = |other: usize| elements[other].centroid.distance_squared(own);
+    distance(a).total_cmp(&distance(b))
 }
 
 #[cfg(test)]

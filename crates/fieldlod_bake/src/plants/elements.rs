@@ -9,7 +9,7 @@ use std::collections::BinaryHeap;
 
 use glam::Vec3;
 
-use crate::levels::simplify::{Simplified, Task};
+use crate::levels::simplify::{Method, Simplified, Task};
 use crate::mesh::components::Component;
 use crate::mesh::edges::Links;
 use crate::plants::curve::Curve;
@@ -53,6 +53,11 @@ impl Task<'_> {
                 continue;
             }
             let before = elements[index].triangles.len();
+            if simplified.method == Method::Pieces {
+                // Pieces of a kit are seen one by one, so each must be small where it changes.
+                let error = simplified.error_in_scaled;
+                simplified.error_in_scaled = error.max(elements[index].radius);
+            }
             let changed = if step.is_flattening {
                 self.flatten(simplified, &mut elements[index]);
                 may_flatten[index] = false;
@@ -118,7 +123,11 @@ impl Task<'_> {
         let mixed = own.iter().zip(&other);
         let mean: Vec<f32> = mixed.map(|(x, y)| x + (y - x) * share).collect();
         // `1 - share` is the own share, so its inverse is the base of the exponent.
-        let growth = (1.0 - share).recip().powf(GROWTH);
+        let growth = if simplified.method == Method::Pieces {
+            (1.0 - share).recip()
+        } else {
+            (1.0 - share).recip().powf(GROWTH)
+        };
         let grown = element.area * growth * self.area_gain;
         self.fit(simplified, element, grown, element.centroid, &mean);
         element.visible_px = visible_px;

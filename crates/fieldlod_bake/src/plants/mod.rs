@@ -8,6 +8,7 @@ pub(crate) mod appearance;
 pub(crate) mod coverage;
 mod curve;
 pub(crate) mod elements;
+pub(crate) mod kits;
 pub(crate) mod picture;
 pub(crate) mod plant;
 pub(crate) mod together;

@@ -11,9 +11,10 @@ use crate::levels::simplified_group::SimplifiedGroup;
 use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
-use crate::plants::aggregate::is_aggregate;
+use crate::plants::aggregate::loose_elements;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::coverage::{Coverage, Drawn, Response};
+use crate::plants::kits::LooseElements;
 
 /// Maximum number of times that a level is simplified again. Each time costs as much as the first. At 0, levels of
 /// cards cover 0.93 of the source's area, and those of large crowns 1.03.
@@ -35,6 +36,8 @@ pub(crate) struct Plant<'a> {
     mesh: &'a SourceMesh,
     /// Whether many triangles of the mesh belong to loose elements.
     is_plant: bool,
+    /// Method for loose elements.
+    loose: Method,
     /// Area that the source covers, measured on first use.
     coverage: OnceLock<Coverage>,
 }
@@ -48,6 +51,8 @@ pub(crate) struct PlantLevel<'a> {
     pub(crate) area_gain: f32,
     /// Number of pixels in which each vertex is visible; only for plants.
     pub(crate) visible_px: Option<Vec<f32>>,
+    /// Method for loose elements.
+    pub(crate) loose: Method,
     /// Whether a group of a finer level has elements.
     has_elements: bool,
     is_whole: bool,
@@ -59,9 +64,15 @@ impl<'a> Plant<'a> {
     pub(crate) fn of(mesh: &'a SourceMesh, place: &[u32]) -> Self {
         // Larger meshes are never drawn as whole meshes. Pictures of all their triangles would take most of the bake.
         let is_small = mesh.positions.len() <= MAX_VERTICES as usize;
+        let elements = loose_elements(mesh, place);
         Self {
             mesh,
-            is_plant: is_small && is_aggregate(mesh, place),
+            is_plant: is_small && elements == Some(LooseElements::OfPlant),
+            loose: if elements == Some(LooseElements::OfKit) {
+                Method::Pieces
+            } else {
+                Method::Elements
+            },
             coverage: OnceLock::new(),
         }
     }
@@ -86,6 +97,7 @@ impl<'a> Plant<'a> {
             ratio: config.simplify_ratio,
             area_gain: 1.0,
             visible_px: None,
+            loose: self.loose,
             has_elements,
             is_whole: parts.len() == 1,
             corrections: 0,
@@ -135,7 +147,7 @@ impl PlantLevel<'_> {
 
     /// Corrects the covered area of a level of one group.
     pub(crate) fn fit_covered_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
-        let has_elements = self.has_elements || simplified.method == Method::Elements;
+        let has_elements = self.has_elements || simplified.method == self.loose;
         if self.is_whole && has_elements {
             let coverage = self.plant.coverage(task.vertices);
             coverage.correct_area(task, simplified);

@@ -21,8 +21,9 @@ use crate::mesh::components::{connect, find_first};
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::{MeshError, SourceMesh};
-use crate::plants::aggregate::is_aggregate;
+use crate::plants::aggregate::loose_elements;
 use crate::plants::appearance::MAX_VERTICES;
+use crate::plants::kits::LooseElements;
 use crate::progress::Share;
 use crate::report::BakeReport;
 
@@ -46,9 +47,9 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to four valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most
-/// 65,536 vertices in total. At least a quarter of the triangles belong to six or more loose elements such as leaves,
-/// with mostly open borders. All meshes or none must have normals. Reports describe the common bake, except for the
-/// coarsest triangles.
+/// 65,536 vertices in total. At least a quarter of the triangles belong to 24 or more loose elements such as leaves,
+/// with mostly open borders. Elements that repeat in order are parts of a kit, not of a plant. All meshes or none must
+/// have normals. Reports describe the common bake, except for the coarsest triangles.
 ///
 /// # Errors
 /// For each mesh, the errors of [`bake_mesh`](crate::bake_mesh).
@@ -233,7 +234,8 @@ fn is_plant(meshes: &[&SourceMesh]) -> bool {
         is_border.into_iter().filter(|is_border| *is_border).count()
     };
     let welded = || places(&as_one_mesh(meshes, Joint::Surface));
-    is_aggregate(&apart, &place) && 2 * open(&welded()) >= open(&place)
+    loose_elements(&apart, &place) == Some(LooseElements::OfPlant)
+        && 2 * open(&welded()) >= open(&place)
 }
 
 /// Whether each mesh meets another one, and the meshes can be joined.

@@ -33,7 +33,11 @@ fn axes() -> [Vec3; 24] {
 }
 
 /// Number of rays through a sphere of radius 1.2 that hit an opaque texel.
-fn covered(hierarchy: &Hierarchy, triangles: &[[u32; 3]], is_opaque: impl Fn(Vec2) -> bool) -> f32 {
+pub(crate) fn covered(
+    hierarchy: &Hierarchy,
+    triangles: &[[u32; 3]],
+    is_opaque: impl Fn(Vec2) -> bool,
+) -> f32 {
     let mut hit = 0;
     for axis in axes() {
         let right = axis.any_orthonormal_vector();

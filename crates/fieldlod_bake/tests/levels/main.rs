@@ -1,4 +1,4 @@
-//! Tests of levels: shapes, deviations, neighbours, textures and plants.
+//! Tests of levels: shapes, deviations, neighbours, textures, plants and kits.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -7,6 +7,7 @@ mod aggregates;
 mod clusterlod;
 mod deviation;
 mod invariants;
+mod kits;
 mod layers;
 mod matches_naive;
 mod neighbours;

@@ -19,7 +19,8 @@ use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
 use crate::mesh::triangle_tree::triangle::Triangle;
-use crate::plants::aggregate::is_aggregate;
+use crate::plants::aggregate::loose_elements;
+use crate::plants::kits::LooseElements;
 
 /// Largest distance of a layer from the surface behind it, as a share of the mesh's radius and of the layer's radius.
 /// Farther surfaces are other parts of the object.
@@ -73,7 +74,8 @@ impl Layers {
         let positions: Vec<Vec3> = (0..count).map(|vertex| vertices.position(vertex)).collect();
         let place = &vertices.same_position[..count as usize];
         let found = Self::at(&positions, place, &mesh.indices)?;
-        (!is_aggregate(mesh, place)).then_some(found)
+        let is_plant = loose_elements(mesh, place) == Some(LooseElements::OfPlant);
+        (!is_plant).then_some(found)
     }
 
     /// Finds the layers of a valid mesh before its bake.

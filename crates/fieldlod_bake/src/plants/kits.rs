@@ -7,7 +7,7 @@
 //!
 //! | share | meshes |
 //! |---:|---|
-//! | 0.98–1 | studs, rivets, sockets, shingles, planks, tiles, bricks, crates, cables, windows, grating, feathers, chain |
+//! | 0.98–1 | studs, sockets, shingles, tiles, bricks, crates, cables, windows, feathers, chain |
 //! | 0.89 | books |
 //! | 0.25–0.33 | gravel, ivy, crossed cards |
 //! | 0–0.17 | crowns, hedges, meadows, tufts, palms, leaf litter, rubble |

@@ -49,7 +49,7 @@
 //! | §4.1.2 texture filter | [`FilterKernel`] |
 //! | §4.1.3 projection factor (16) | [`Intrinsics::projection_factor`] |
 //! | §4.1.4 mip level | [`filter_dimension`], [`mip_level`] |
-//! | §4.1.5, §4.2.2 level of detail | strength, aspect ratio and change over a sphere: [`FieldOfView`]; `fieldlod_select` picks levels with it |
+//! | §4.1.5, §4.2.2 level of detail | strength, aspect ratio and change over a sphere: [`FieldOfView`]. `fieldlod_select` picks levels with the strength; thresholds of the other two save no triangles at equal image error |
 //! | §4.2.1 mean and deviation (17, 18) | [`SurfaceSamples`], [`best_placement`] |
 //! | §4.2.3 layered depth images (19–21, App. iv, v) | [`FieldLine`], [`equivalent_camera`], [`convergent_point`] |
 //!

@@ -55,7 +55,6 @@
 //! # Opt-in
 //! - [`FieldLodVisibleFlux`] on a camera: hidden objects are drawn coarser.
 //! - [`LodMesh3d`] with a `.fieldpages` file: a world that is larger than the memory is read in parts.
-//! - [`FieldLodTexturePlugin`]: the mip levels that views need, for a texture streamer of the game.
 //! - [`LodLevels`]: the levels that cameras draw, for example to animate distant characters less often.
 //!
 //! # Names

@@ -10,7 +10,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use camera_field::{Camera, Intrinsics, double};
+use camera_field::{Intrinsics, double};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles};
 

@@ -24,6 +24,9 @@ const SIDES: [usize; 6] = [16, 32, 64, 128, 256, 512];
 /// Largest distance of a layer from the surface behind it, as a share of the largest extent. Farther surfaces are other
 /// parts of the object.
 const MOST_GAP: f32 = 0.02;
+/// Least distance, as a share of the largest extent. Rounded positions and depth buffers do not tell nearer surfaces
+/// apart.
+const LEAST_GAP: f32 = 1.0 / 4096.0;
 /// No component.
 const NONE: u32 = u32::MAX;
 
@@ -140,7 +143,7 @@ impl<'a> Scene<'a> {
     fn fronts(&self, triangles: &[Tagged], view: usize, side: usize, with_behind: bool) -> Fronts {
         let (axis, sign) = (view % 3, if view < 3 { 1.0 } else { -1.0 });
         let width = side + 2 * MARGIN;
-        let gap = side as f32 * MOST_GAP;
+        let [least_gap, gap] = [LEAST_GAP, MOST_GAP].map(|share| side as f32 * share);
         let far = vec![(f32::NEG_INFINITY, NONE); width * width];
         let mut fronts = Fronts {
             behind: far.clone(),
@@ -164,6 +167,7 @@ impl<'a> Scene<'a> {
                     } else if pass == 1
                         && *own != nearest.1
                         && height > behind.0.max(nearest.0 - gap)
+                        && height < nearest.0 - least_gap
                     {
                         *behind = (height, *own);
                     }

@@ -1,6 +1,8 @@
 //! The contents of a file.
 
 use crate::bounds::Aabb;
+#[cfg(doc)]
+use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 
 /// The contents of a `.fieldlod` file: hierarchies of the mesh primitives of one glTF file.
@@ -22,7 +24,7 @@ pub struct BakedPrimitive {
     /// The levels of detail.
     pub hierarchy: Hierarchy,
     /// Upper bound for the distance between a stored position and the baked position, in local units. 0
-    /// unless the vertices were written with [`Precision::Quantized16`](crate::Precision::Quantized16). Deviations and spheres contain it.
+    /// unless the vertices were written with [`Precision::Quantized16`]. Deviations and spheres contain it.
     /// Vertices that are read from the source mesh are exact.
     pub position_error_in_local: f32,
     /// The box of all primitives that share vertices with this one or change levels together with it. With

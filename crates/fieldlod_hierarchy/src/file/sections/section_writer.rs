@@ -49,14 +49,14 @@ pub(crate) fn write(
             coded.source_vertex_count,
         );
     }
-    let mut rows = std::mem::take(&mut coded.rows);
+    let rows = std::mem::take(&mut coded.rows);
     let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
     let targets = Targets {
         predictors,
         predictions: &predictions,
         normals: &normals,
     };
-    planes::write(&mut bytes, &mut rows, &targets);
+    planes::write(&mut bytes, &rows, &targets);
     coded.rows = rows;
     numbers::write(
         &mut bytes,

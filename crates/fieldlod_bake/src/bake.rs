@@ -1,9 +1,8 @@
 //! The recipe for one mesh.
 
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{CLUSTERS_FROM_TRIANGLES, Hierarchy};
 
 use crate::config::BakeConfig;
-use crate::file::IN_PIECES_FROM;
 use crate::layers::Layers;
 use crate::levels::assemble::assemble;
 use crate::levels::build::build_levels;
@@ -75,7 +74,7 @@ pub(crate) fn bake_valid_mesh(
     let mut vertices = LevelVertices::of(simplified, topology, surfaces.clone(), NORMAL_WEIGHT);
     vertices.keep(kept, config.lock_borders);
     // Meshes in units have no levels of the whole mesh, which layers need.
-    let is_whole = surfaces.is_joined() || mesh.triangle_count() < IN_PIECES_FROM;
+    let is_whole = surfaces.is_joined() || mesh.triangle_count() < CLUSTERS_FROM_TRIANGLES as usize;
     let layers = is_whole
         .then(|| Layers::of(simplified, &vertices))
         .flatten();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use fieldlod_hierarchy::{Aabb, BakedFile, BakedPrimitive, Hierarchy};
+use fieldlod_hierarchy::{Aabb, BakedFile, BakedPrimitive, CLUSTERS_FROM_TRIANGLES, Hierarchy};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
@@ -19,12 +19,6 @@ use crate::mesh::{MeshError, SourceMesh, bits};
 use crate::plants::together::{bake_together_with_progress, config_for_adjacent, layered_sets};
 use crate::progress::{BakeProgress, Share, Tracker};
 use crate::report::BakeReport;
-
-/// Primitives with at least this many triangles are drawn in units by default. At 20,480 triangles, units draw 5 %
-/// fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`, "frame, kinds"). If one
-/// primitive of a glTF mesh is this large, all are baked separately. Primitives that share too many border vertices are
-/// baked together even then: otherwise they would have cracks.
-pub(crate) const IN_PIECES_FROM: usize = 20_000;
 
 /// The levels of detail of all primitives of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -234,7 +228,9 @@ fn bake_primitives(
         .iter()
         .map(|mesh| tracker.share_of(mesh.triangle_count()));
     let shares: Vec<Share<'_>> = shares.collect();
-    let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= IN_PIECES_FROM;
+    // Primitives of which one is drawn in units are baked separately. If they share too many border vertices, they are
+    // baked together even then: otherwise they would have cracks.
+    let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= CLUSTERS_FROM_TRIANGLES as usize;
     let own = meeting_vertices(&meshes, 0..);
     let config = &if meshes.iter().any(is_large) {
         config_for_adjacent(&meshes, &own, config)

@@ -11,7 +11,7 @@ use fieldlod_bake::{
     import_gltf, import_gltf_bytes, unpack_gltf,
 };
 use fieldlod_cli::output::{Failure, bytes_text, print, progress_bar, thousands, write_whole};
-use fieldlod_hierarchy::{BakedFile, PageOptions, PagedFile, Precision};
+use fieldlod_hierarchy::{BakedFile, CLUSTERS_FROM_TRIANGLES, PageOptions, PagedFile, Precision};
 use percent_encoding::percent_decode_str;
 use serde::Serialize;
 
@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(long, conflicts_with = "pages", requires = "output")]
     scene: bool,
     /// With --scene: meshes with fewer triangles stay in the scene, and all their levels stay in memory.
-    #[arg(long, default_value_t = 20_000, requires = "scene")]
+    #[arg(long, default_value_t = CLUSTERS_FROM_TRIANGLES.into(), requires = "scene")]
     large_from: u64,
     /// The bake's priority: speed, all-round use, small units, or fewest triangles at equal quality.
     #[arg(long, value_enum, default_value = "default")]

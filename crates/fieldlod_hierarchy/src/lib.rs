@@ -58,4 +58,4 @@ pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 pub use random::Random;
 pub use validate::InvalidHierarchy;
 pub use vertices::{SourceHash, Vertices};
-pub use whole_mesh::WholeMeshCut;
+pub use whole_mesh::{CLUSTERS_FROM_TRIANGLES, WholeMeshCut};

@@ -13,6 +13,11 @@ use crate::vertices::Vertices;
 /// save little but cost memory; a smaller one makes changes of level more visible.
 const MOST_KEPT: f32 = 0.75;
 
+/// Meshes with at least this many triangles are drawn in units by default, smaller ones as whole meshes. At 20,480
+/// triangles, units draw 5 % fewer triangles than whole meshes, with 2.5 times the entities (`tests/benches/RECORD.md`,
+/// "frame, kinds").
+pub const CLUSTERS_FROM_TRIANGLES: u32 = 20_000;
+
 /// The whole mesh at one level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WholeMeshCut {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use bevy::prelude::*;
 #[cfg(feature = "bake")]
 use fieldlod_bake::BakeConfig;
+use fieldlod_hierarchy::CLUSTERS_FROM_TRIANGLES;
 
 /// Settings of the whole app. Insert it before or after [`FieldLodPlugin`](crate::FieldLodPlugin). Changed thresholds
 /// and bake settings do not affect meshes that are already prepared.
@@ -149,7 +150,7 @@ impl Default for FieldLodAppConfig {
         Self {
             whole_world: false,
             plain_below_triangles: 100,
-            clusters_from_triangles: 20_000,
+            clusters_from_triangles: CLUSTERS_FROM_TRIANGLES,
             cache_folder: None,
             bake_at_run_time: true,
             #[cfg(feature = "bake")]

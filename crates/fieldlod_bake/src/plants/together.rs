@@ -42,8 +42,8 @@ const MAX_KEPT_VERTICES: f32 = 0.05;
 /// separately.
 ///
 /// Small meshes that all meet other meshes at open borders are also baked together, in any number. So are small meshes
-/// that lie on others in thin layers, such as labels. Larger meshes keep
-/// the vertices where they meet, at all levels, if these are at most a twentieth of the triangles.
+/// that lie on others in thin layers, such as labels. Larger meshes keep the vertices where they meet, at all levels, if
+/// these are at most a twentieth of the triangles.
 ///
 /// Meshes that are baked together change levels together: each hierarchy has one unit per level. A plant consists of
 /// two to four valid meshes with fewer than [`BakeConfig::together_below_triangles`] triangles and at most

@@ -28,7 +28,7 @@
 //!
 //! Bounds of the criterion save most evaluations, and must change with it: [`limits`] (of a level),
 //! [`error_bounds`] and `select/bounds_test.rs` (of many groups), and `select/limits/keep_test.rs` (of whole instances).
-//! The field over a sphere is that of [`camera_field::FieldOfView`], for a group, an instance or a chunk of instances.
+//! The field over a group's sphere is that of [`camera_field::FieldOfView`].
 //! `tests/matches_naive.rs` compares the result with the criterion.
 
 pub(crate) mod error_bounds;

@@ -45,7 +45,9 @@ impl Chooser {
     pub fn choose(&mut self, view: &ObjectView) -> Choice {
         let threshold_px = self.threshold_px;
         match self.method {
-            Method::Quality | Method::Guaranteed => self.select(view),
+            Method::Quality | Method::Guaranteed | Method::Curl | Method::AspectRatio => {
+                self.select(view)
+            }
             Method::Clusterlod | Method::ClusterlodOnOurLevels => refine_if(view, |group| {
                 let error_px = clusterlod_error_px(view, group);
                 // A NaN transform gives a NaN error. Full detail is the safe fallback.

@@ -34,6 +34,10 @@ pub enum Method {
     Quality,
     /// This project's selection with a threshold that no displacement exceeds.
     Guaranteed,
+    /// [`Method::Quality`] with one sample of the field for groups over which it changes by less than 0.3.
+    Curl,
+    /// [`Method::Quality`] with errors relaxed where the aspect ratio of the sampling pattern is below 0.9.
+    AspectRatio,
     /// clusterlod's rule on the hierarchy that clusterlod builds: nested spheres and the distance to the sphere.
     Clusterlod,
     /// clusterlod's rule on this project's hierarchy.
@@ -55,12 +59,17 @@ impl Method {
         Self::VisibilityRange,
     ];
 
+    /// The paper's other two thresholds (§4.2.2), which are off by default.
+    pub const OF_PAPER: [Self; 2] = [Self::Curl, Self::AspectRatio];
+
     /// A name for tables and charts.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Quality => "fieldlod quality",
             Self::Guaranteed => "fieldlod guaranteed",
+            Self::Curl => "quality, curl",
+            Self::AspectRatio => "quality, aspect ratio",
             Self::Clusterlod => "clusterlod",
             Self::ClusterlodOnOurLevels => "clusterlod, our levels",
             Self::Godot => "Godot 4.3",
@@ -77,10 +86,14 @@ impl Method {
     /// The settings of this project's methods at a threshold; `None` for other methods.
     #[must_use]
     pub fn settings(self, threshold_px: f32) -> Option<LodSettings> {
+        let mut settings = LodSettings::with_error_px(threshold_px);
         match self {
-            Self::Quality => Some(LodSettings::with_error_px(threshold_px)),
-            Self::Guaranteed => Some(LodSettings::guaranteed(threshold_px)),
-            _ => None,
+            Self::Quality => {}
+            Self::Guaranteed => settings = LodSettings::guaranteed(threshold_px),
+            Self::Curl => settings.advanced.max_curl = 0.3,
+            Self::AspectRatio => settings.advanced.min_aspect_ratio = 0.9,
+            _ => return None,
         }
+        Some(settings)
     }
 }

@@ -108,7 +108,7 @@ pub struct AdvancedSettings {
     /// The part across the sight ray is `3(r/ρ) tan φ = r |curl c| / c` (eq. 12); the part along it is `2r/ρ` (eq. 14).
     ///
     /// It is off by default. Triangles relative to clusterlod at the image error of clusterlod at 0.4, 1 and 2.5 px, over
-    /// the training models of `fieldlod-lab chart --training --poses 2`:
+    /// the training models of `fieldlod-lab chart --training --thresholds --poses 2`:
     ///
     /// | | RMSE | FLIP |
     /// |---|---|---|

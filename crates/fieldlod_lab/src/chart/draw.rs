@@ -113,7 +113,7 @@ fn color(method: Method) -> RGBColor {
         Method::Clusterlod => RGBColor(224, 122, 20),
         Method::ClusterlodOnOurLevels => RGBColor(150, 156, 165),
         Method::Godot | Method::VisibilityRange => RGBColor(34, 148, 84),
-        Method::Quality | Method::Guaranteed => RGBColor(38, 98, 188),
+        _ => RGBColor(38, 98, 188),
     }
 }
 

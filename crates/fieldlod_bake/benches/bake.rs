@@ -1,76 +1,114 @@
-//! Speed of a whole bake, compared with clusterlod alone.
+//! Speed of bakes.
 //!
-//! `cargo bench -p fieldlod_bake --bench bake` measures generated meshes and one mesh with other presets.
-//! `FIELDLOD_MODELS` names a folder of glTF files, whose largest primitives are added. `-- NAME` selects meshes by
-//! name. The table shows millions of triangles per second: thread time for one thread, elapsed time for two.
+//! `cargo bench -p fieldlod_bake --bench bake` measures generated meshes of each kind. `FIELDLOD_MODELS` names a folder
+//! of glTF files, which are added. `-- NAME` selects by name. The table shows thousands of triangles per second on one
+//! core: clusterlod alone, levels without measurements, with pictures, and with deviations. A game bakes with pictures; a
+//! file has deviations. The last column is the speedup of two cores.
 
 mod common;
 
 use std::time::Instant;
 
-use fieldlod_bake::{BakeConfig, SourceMesh, bake_mesh, bare_clusterlod, fixtures};
+use fieldlod_bake::{
+    BakeConfig, Import, SourceMesh, bake_import, bake_mesh, bare_clusterlod, fixtures,
+};
 
-use common::{models, seconds_on_core};
+use common::{files, seconds_on_core};
 
-const RUNS: usize = 5;
-/// Smaller meshes are too fast to be timed.
-const FEWEST_TRIANGLES: usize = 10_000;
+const RUNS: usize = 3;
+/// Smaller files are too fast to be timed.
+const FEWEST_TRIANGLES: usize = 3_000;
+
+enum Subject {
+    Mesh(SourceMesh),
+    File(Import),
+}
+
+impl Subject {
+    fn triangles(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.triangle_count(),
+            Self::File(file) => file
+                .primitives
+                .iter()
+                .map(|p| p.mesh.triangle_count())
+                .sum(),
+        }
+    }
+
+    fn bake(&self, config: &BakeConfig) {
+        match self {
+            Self::Mesh(mesh) => assert!(bake_mesh(mesh, config).is_ok()),
+            Self::File(file) => assert!(bake_import(file.clone(), config, &|_| ()).is_ok()),
+        }
+    }
+
+    /// Thousands of triangles per second of clusterlod alone; `None` for a file.
+    fn bare(&self, config: &BakeConfig) -> Option<f64> {
+        match self {
+            Self::Mesh(mesh) => Some(self.rate(1, || assert!(bare_clusterlod(mesh, config) > 0))),
+            Self::File(_) => None,
+        }
+    }
+
+    /// Thousands of triangles per second of the fastest run.
+    fn rate(&self, threads: usize, run: impl Fn() + Sync) -> f64 {
+        self.triangles() as f64 * 1e-3 / shortest(threads, run)
+    }
+}
 
 fn main() {
     println!(
-        "{:<24} {:>9}  {:>7} {:>7} {:>6}  {:>7} {:>6}",
-        "mesh", "triangles", "bare", "1 core", "ratio", "2 cores", "ratio"
+        "{:<28} {:>9} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "mesh", "triangles", "bare", "levels", "pictures", "all", "2 cores"
     );
     // Cargo adds `--bench` to the arguments.
-    let wanted = std::env::args()
-        .skip(1)
-        .find(|argument| !argument.starts_with("--"));
+    let mut arguments = std::env::args().skip(1);
+    let wanted = arguments.find(|argument| !argument.starts_with("--"));
     let wanted = wanted.unwrap_or_default();
-    for (name, mesh) in meshes()
-        .into_iter()
-        .filter(|(name, _)| name.contains(&wanted))
-    {
-        report(&name, &mesh, &BakeConfig::default());
-    }
-    let presets = [
-        ("rock, fine", BakeConfig::fine_grained()),
-        ("rock, max quality", BakeConfig::max_quality()),
-    ];
-    let rock = fixtures::rock(6, 1);
-    for (name, config) in presets.iter().filter(|(name, _)| name.contains(&wanted)) {
-        report(name, &rock, config);
+    let files = files().into_iter();
+    let files = files.map(|(name, file)| (name, Subject::File(file)));
+    let is_timed = |(_, file): &(String, Subject)| file.triangles() >= FEWEST_TRIANGLES;
+    let subjects = meshes().into_iter().chain(files.filter(is_timed));
+    for (name, subject) in subjects.filter(|(name, _)| name.contains(&wanted)) {
+        report(&name, &subject);
     }
 }
 
-fn meshes() -> Vec<(String, SourceMesh)> {
-    let mut meshes = vec![
-        ("rock".into(), fixtures::rock(7, 1)),
-        ("torus knot".into(), fixtures::torus_knot(2_000, 50)),
-        ("height field".into(), fixtures::height_field(400)),
+fn meshes() -> Vec<(String, Subject)> {
+    let meshes = [
+        ("scan: rock", fixtures::rock(7, 1)),
+        ("scan: height field", fixtures::height_field(400)),
+        ("prop: torus knot", fixtures::torus_knot(300, 25)),
+        ("prop: machine", fixtures::machine(8)),
+        ("plant: crown", fixtures::crown(4_000, 1)),
     ];
-    let models = models().into_iter();
-    meshes.extend(models.filter(|(_, mesh)| mesh.triangle_count() >= FEWEST_TRIANGLES));
+    let meshes = meshes.into_iter();
     meshes
+        .map(|(name, mesh)| (name.into(), Subject::Mesh(mesh)))
+        .collect()
 }
 
-fn report(name: &str, mesh: &SourceMesh, config: &BakeConfig) {
-    let hierarchy = bake_mesh(mesh, config).expect("the mesh is valid");
-    assert_eq!(hierarchy.validate(), Ok(()));
-    let triangles = mesh.triangle_count() as f64 * 1e-6;
-    let bare_run = || assert!(bare_clusterlod(mesh, config) > 0);
-    let whole_run = || assert!(bake_mesh(mesh, config).is_ok());
-    let bare = triangles / shortest(1, bare_run);
-    let one = triangles / shortest(1, whole_run);
-    let two = triangles / shortest(2, whole_run);
+fn report(name: &str, subject: &Subject) {
+    let all = BakeConfig::default();
+    let pictures = BakeConfig {
+        measure_deviation: false,
+        ..all.clone()
+    };
+    let configs = [&BakeConfig::fast(), &pictures, &all];
+    let [levels, pictures, with_all] =
+        configs.map(|config| subject.rate(1, || subject.bake(config)));
+    let two = subject.rate(2, || subject.bake(&all));
+    let bare = subject.bare(&all);
+    let bare = bare.map_or_else(|| "–".into(), |rate| format!("{rate:.1}"));
     println!(
-        "{name:<24} {:>9}  {bare:>7.3} {one:>7.3} {:>6.2}  {two:>7.3} {:>6.2}",
-        mesh.triangle_count(),
-        one / bare,
-        two / bare,
+        "{name:<28} {:>9} {bare:>8} {levels:>8.1} {pictures:>8.1} {with_all:>8.1} {:>8.2}",
+        subject.triangles(),
+        two / with_all,
     );
 }
 
-/// Seconds of the fastest run.
+/// Seconds of the fastest run: thread time for one thread, elapsed time for more.
 fn shortest(threads: usize, run: impl Fn() + Sync) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.expect("could not create the thread pool");

@@ -84,7 +84,7 @@ mod report;
 mod verify;
 
 /// Increased whenever the same mesh and configuration give different levels. Bake caches use it in their keys.
-pub const REVISION: u32 = 10;
+pub const REVISION: u32 = 11;
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[cfg(any(test, feature = "test-support"))]

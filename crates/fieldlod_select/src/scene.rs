@@ -134,6 +134,23 @@ impl Scene {
         MeshId(self.meshes.len() as u32 - 1)
     }
 
+    /// Replaces the table of a mesh by one with other deviations, which a bake may measure later than it makes levels.
+    /// Instances keep their cuts until the next selection. Returns `false`, and changes nothing, unless the levels are
+    /// the same.
+    pub fn replace_table(&mut self, mesh: MeshId, table: GroupTable) -> bool {
+        let replaced = &mut self.meshes[mesh.index()].table;
+        if !replaced.has_same_levels(&table) {
+            return false;
+        }
+        *replaced = table;
+        for index in 0..self.instances.len() {
+            if self.instances[index].mesh == Some(mesh) {
+                self.note_changed(index as u32);
+            }
+        }
+        true
+    }
+
     /// Frees the memory of a mesh. A mesh that is added later takes its id; until then, a second call does nothing.
     /// Before the id is taken, each selector must select once, to list the units that left, or be cleared.
     ///

@@ -246,3 +246,27 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn later_deviations_select_as_in_a_new_scene() {
+    let settings = LodSettings {
+        advanced: AdvancedSettings {
+            hysteresis: 1.0,
+            ..AdvancedSettings::default()
+        },
+        ..LodSettings::guaranteed(4.0)
+    };
+    let view = look(perspective(1.0), Vec3::Z * 20.0, Vec3::ZERO);
+    let table = |mesh: usize| GroupTable::new(&hierarchies()[mesh]);
+    let [measured, mut later] = [3, 4].map(|mesh| World::forest(mesh, 10, 4.0));
+    let mut selector = later.select(&view, &settings);
+    let unmeasured_cuts = later.cuts(&selector);
+    assert!(later.scene.replace_table(later.meshes[4], table(3)));
+    later.scene.update();
+    selector.select(&later.scene, &view, &settings);
+    let cuts = later.cuts(&selector);
+    assert!(cuts != unmeasured_cuts);
+    assert_eq!(cuts, measured.cuts(&measured.select(&view, &settings)));
+    // Other levels would not fit what is drawn.
+    assert!(!later.scene.replace_table(later.meshes[4], table(0)));
+}

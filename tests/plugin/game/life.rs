@@ -171,6 +171,39 @@ fn guarantee_draws_unmeasured_mesh_in_full() {
 }
 
 #[test]
+fn guarantee_measures_levels_that_are_ready() {
+    let (mut app, camera, _) = before_a_camera(5, 8.0);
+    let other = spawn_camera(&mut app, 20.0);
+    (0..3).for_each(|_| app.update());
+    let drawn_by = |app: &App, camera| {
+        let stats = stats(app, camera);
+        (stats.triangles_drawn, stats.units_drawn)
+    };
+    let of_other = drawn_by(&app, other);
+    insert(&mut app, camera, FieldLodCamera::guaranteed(1.0));
+    app.update();
+    let drawn = stats(&app, camera);
+    assert_eq!(drawn.triangles_drawn, drawn.triangles_full);
+    run_until(&mut app, "deviations are measured", |app| {
+        assert_eq!(drawn_by(app, other), of_other);
+        progress(app).baking == 0
+    });
+    app.update();
+    let measured = stats(&app, camera);
+    assert!(measured.triangles_drawn < measured.triangles_full);
+    assert_eq!(drawn_by(&app, other), of_other);
+    // Meshes that are spawned later are measured at once.
+    spawn_rock(&mut app, 4);
+    ready(&mut app, 2);
+    let both = stats(&app, camera);
+    assert!(
+        both.triangles_drawn - measured.triangles_drawn
+            < both.triangles_full - measured.triangles_full
+    );
+    assert_eq!(progress(&app).baking, 0);
+}
+
+#[test]
 fn meshes_of_units_exist_while_units_are_drawn() {
     let (mut app, camera, _) = before_a_camera(6, 3.0);
     let counts = |app: &mut App| {

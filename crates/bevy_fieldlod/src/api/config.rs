@@ -47,8 +47,11 @@ pub struct FieldLodAppConfig {
     /// [`LodError::BakeDisabled`](crate::LodError::BakeDisabled).
     pub bake_at_run_time: bool,
     /// Settings of bakes at run time, unless [`AutoLod::bake`](crate::AutoLod::bake) overrides them.
-    /// [`BakeConfig::fast`](crate::BakeConfig::fast) measures neither the deviations, which only
-    /// [`FieldLodCamera::guaranteed`](crate::FieldLodCamera::guaranteed) needs, nor the appearance of plants.
+    ///
+    /// Deviations, which take two thirds of the bake of a static mesh, are measured only once there is a camera with a
+    /// limit of the [displacement](crate::FieldLodCamera::displacement_px). Meshes that are ready by then are baked
+    /// again in the background: until then, this camera draws their source meshes, and others their levels.
+    /// [`AutoLod::bake`](crate::AutoLod::bake) measures at once.
     #[cfg(feature = "bake")]
     #[reflect(ignore)]
     pub bake: BakeConfig,

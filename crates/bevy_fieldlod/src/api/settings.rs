@@ -38,6 +38,7 @@ pub struct FieldLodCamera {
     pub error_px: Option<f32>,
     /// Guarantee: the largest displacement of the surface in the image. It needs more triangles than
     /// [`error_px`](Self::error_px), and deviations measured by the bake: a mesh without them is drawn in full detail.
+    /// Bakes at run time measure them once the first camera has a limit.
     pub displacement_px: Option<f32>,
     /// Largest number of triangles, before frustum culling. If the thresholds need more, they are scaled up; the
     /// coarsest levels may still exceed it.

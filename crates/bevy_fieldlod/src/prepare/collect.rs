@@ -7,7 +7,7 @@ use bevy::tasks::{block_on, poll_once};
 
 use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshes};
-use crate::api::events::{FieldLodEvent, asset_name, asset_path};
+use crate::api::events::{FieldLodEvent, asset_path};
 use crate::draw::upload::UploadQueue;
 use crate::scene::lod_mesh::LodMesh;
 use crate::scene::lod_scene::LodScene;
@@ -22,6 +22,8 @@ pub(super) fn collect_prepared_meshes(
     mut events: MessageWriter<FieldLodEvent>,
 ) {
     let known = known.into_inner();
+    known.measuring.collect(&mut scene, &assets);
+    let mut added = Vec::new();
     for (mesh, entry) in known.entries_mut() {
         let LodMeshEntry::Preparing(task, _) = entry else {
             continue;
@@ -38,17 +40,18 @@ pub(super) fn collect_prepared_meshes(
                     kind: prepared.kind,
                     origin: prepared.origin,
                 });
-                if !prepared.is_measured {
-                    scene.unmeasured.push(asset_name(&assets, mesh));
-                }
-                let added = add_mesh(prepared, &mut scene, &mut meshes, &uploads);
-                LodMeshEntry::Ready(added)
+                let lod = add_mesh(prepared, &mut scene, &mut meshes, &uploads);
+                added.push((mesh, lod.clone()));
+                LodMeshEntry::Ready(lod)
             }
             Err(error) => {
                 events.write(FieldLodEvent::failed(&assets, mesh, error.clone()));
                 LodMeshEntry::Plain(Some(error))
             }
         };
+    }
+    for (mesh, lod) in added {
+        known.measuring.add(mesh, &lod);
     }
     known.end_of_collection();
 }
@@ -70,6 +73,7 @@ fn add_mesh(
         units: prepared.units,
         is_stored: prepared.is_stored,
         triangles_full: prepared.triangles_full,
+        is_measured: prepared.is_measured,
         uploaded,
     })
 }

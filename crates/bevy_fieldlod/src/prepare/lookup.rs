@@ -15,6 +15,7 @@ use fieldlod_bake::BakeConfig;
 use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedBake, RiggedFiles, Surfaces};
 use super::changing::ChangingMeshes;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
+use super::measure::Measuring;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::{place_in_gltf, primitives_together, triangle_count};
 use super::threads::{PrepareThreads, Threads};
@@ -44,6 +45,7 @@ pub(crate) struct LodMeshes {
     unready_files: HashSet<AssetPath<'static>>,
     sidecars: Arc<SidecarFiles>,
     pub(super) in_preparation: InPreparation,
+    pub(super) measuring: Measuring,
     changing: ChangingMeshes,
     /// Requests that could not be started in this frame. Other entities with the same request do not retry them.
     not_started: HashMap<AssetId<Mesh>, Vec<AutoLod>>,
@@ -136,6 +138,7 @@ impl LodMeshes {
     pub(super) fn drop_levels(&mut self, mesh: AssetId<Mesh>, scene: &mut LodScene) {
         #[cfg(feature = "bake")]
         self.together.remove_groups_of(mesh);
+        self.measuring.drop_levels(mesh);
         for lod in self.ready(mesh).cloned() {
             scene.retire(lod);
         }
@@ -244,6 +247,18 @@ impl LodMeshes {
         }
     }
 
+    /// Measures deviations from now on.
+    pub(super) fn begin_measuring(&mut self) {
+        self.measuring.is_needed = true;
+        for (mesh, entries) in &self.entries {
+            for (_, entry) in entries {
+                if let LodMeshEntry::Ready(levels) = entry {
+                    self.measuring.add(*mesh, levels);
+                }
+            }
+        }
+    }
+
     /// The files of rigged meshes of which some are being prepared or uploaded, or could not be started.
     fn find_unready_files(&self) -> HashSet<AssetPath<'static>> {
         let is_unready = |(_, entry): &(AutoLod, LodMeshEntry)| match entry {
@@ -264,6 +279,7 @@ impl LodMeshes {
             LodMeshEntry::Preparing(_, triangles) => Some(*triangles),
             _ => None,
         });
+        let triangles = triangles.chain(self.measuring.triangles());
         self.in_preparation = triangles.fold(InPreparation::default(), InPreparation::with);
     }
 }
@@ -274,7 +290,7 @@ pub(super) type MaterialOf<'a> = dyn Fn(AssetId<Mesh>) -> Option<AssetId<Standar
 /// Looks up the levels of detail of meshes.
 #[derive(SystemParam)]
 pub(super) struct LodMeshLookup<'w> {
-    known: ResMut<'w, LodMeshes>,
+    pub(super) known: ResMut<'w, LodMeshes>,
     config: Res<'w, FieldLodAppConfig>,
     priority: Res<'w, LodPriority>,
     upload_limit: Option<Res<'w, RenderAssetBytesPerFrame>>,
@@ -282,7 +298,7 @@ pub(super) struct LodMeshLookup<'w> {
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
     materials: Materials<'w>,
-    assets: Res<'w, AssetServer>,
+    pub(super) assets: Res<'w, AssetServer>,
     events: MessageWriter<'w, FieldLodEvent>,
 }
 
@@ -365,7 +381,7 @@ impl LodMeshLookup<'_> {
     }
 
     /// Starts the preparation of a mesh.
-    fn start_task(
+    pub(super) fn start_task(
         &mut self,
         mesh: AssetId<Mesh>,
         request: &AutoLod,
@@ -445,6 +461,25 @@ impl LodMeshLookup<'_> {
         }
     }
 
+    /// Whether another preparation for a request may measure deviations.
+    pub(super) fn may_measure(&self, request: &AutoLod) -> bool {
+        #[cfg(feature = "bake")]
+        let may = self.bake_config(request).measure_deviation;
+        #[cfg(not(feature = "bake"))]
+        let may = false;
+        may && request.baked.is_none()
+    }
+
+    /// The settings of a bake. Those of the app measure deviations once a camera needs them.
+    #[cfg(feature = "bake")]
+    fn bake_config(&self, request: &AutoLod) -> BakeConfig {
+        let of_app = &self.config.bake;
+        request.bake.clone().unwrap_or_else(|| BakeConfig {
+            measure_deviation: of_app.measure_deviation && self.known.measuring.is_needed,
+            ..of_app.clone()
+        })
+    }
+
     fn threads(&mut self) -> &Threads {
         self.known.threads.of(*self.priority, &self.config)
     }
@@ -493,7 +528,7 @@ impl LodMeshLookup<'_> {
     fn rigged_bake(&mut self, path: AssetPath<'static>, request: &AutoLod) -> Option<LevelSource> {
         let place = place_in_gltf(path.label()?)?;
         let threads = self.threads().bakes.clone();
-        let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+        let config = &self.bake_config(request);
         let file = path.without_label().into_owned();
         Some(LevelSource::BakeRigged(RiggedBake {
             assets: self.assets.clone(),
@@ -531,7 +566,7 @@ impl LodMeshLookup<'_> {
         material_of: &MaterialOf<'_>,
     ) -> Result<BakeJob, NotStarted> {
         let threads = self.threads().bakes.clone();
-        let config = request.bake.as_ref().unwrap_or(&self.config.bake);
+        let config = &self.bake_config(request);
         let is_whole = kind == LodKind::WholeMesh;
         let LodMeshes {
             surfaces, together, ..

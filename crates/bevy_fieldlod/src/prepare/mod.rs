@@ -9,6 +9,7 @@ mod changing;
 mod collect;
 mod job;
 mod lookup;
+mod measure;
 mod objects;
 mod restart;
 mod sidecar;
@@ -63,6 +64,8 @@ pub(crate) fn plugin(app: &mut App) {
                     .run_if(any_preparing)
                     .in_set(Collect),
                 (
+                    measure::begin_measuring.run_if(measure::is_first_guarantee),
+                    measure::measure_levels.run_if(measure::any_unmeasured),
                     objects::give_levels_to_objects.run_if(any_waiting),
                     objects::update_progress,
                     restart::drop_unused_levels,

@@ -35,6 +35,8 @@ pub(crate) struct LodMesh {
     pub(crate) is_stored: bool,
     /// Triangles of the source mesh.
     pub(crate) triangles_full: u32,
+    /// Whether its bake measured deviations.
+    pub(crate) is_measured: bool,
     /// Whether the GPU has the [`meshes`](Self::meshes) that preparation made. The render world sets it.
     pub(crate) uploaded: Arc<AtomicBool>,
 }

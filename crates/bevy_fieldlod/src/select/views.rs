@@ -226,19 +226,6 @@ fn prepare_view(
         let view = view.with_layers(layers).with_shadow_lights(&lit.lights);
         (view, settings.to_lod_settings(lit.layers != 0))
     });
-    if let Some((_, settings)) = &cut.wanted
-        && settings.displacement_px.is_some()
-    {
-        warn_of_unmeasured_meshes(scene);
-    }
-}
-
-fn warn_of_unmeasured_meshes(scene: &mut LodScene) {
-    for mesh in scene.unmeasured.drain(..) {
-        warn!(
-            "{mesh} has no measured deviations, which `displacement_px` needs; drawing its source mesh"
-        );
-    }
 }
 
 /// How a camera should draw, and the view to select for.

@@ -1,24 +1,33 @@
 //! Shared helpers of the benches.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use fieldlod_bake::{SourceMesh, import_gltf};
+use fieldlod_bake::{Import, SourceMesh, import_gltf};
 
-/// Largest primitive of each glTF file in the folder `FIELDLOD_MODELS`; empty if the variable is not set.
-pub(crate) fn models() -> Vec<(String, SourceMesh)> {
+/// The glTF files in the folder `FIELDLOD_MODELS`; none if the variable is not set.
+pub(crate) fn files() -> Vec<(String, Import)> {
     let Some(folder) = std::env::var_os("FIELDLOD_MODELS") else {
         return Vec::new();
     };
     let entries = std::fs::read_dir(folder).expect("could not read the folder FIELDLOD_MODELS");
-    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
-    let largest = |path: &Path| {
-        let primitives = import_gltf(path).ok()?.primitives.into_iter();
-        let largest = primitives.max_by_key(|p| p.mesh.triangle_count())?;
+    let file = |path: &Path| {
         let name = path.file_stem()?.to_string_lossy().into_owned();
+        Some((name, import_gltf(path).ok()?))
+    };
+    paths.iter().filter_map(|path| file(path)).collect()
+}
+
+/// The largest primitive of each of the [`files`].
+#[allow(dead_code, reason = "some benches bake whole files")]
+pub(crate) fn models() -> Vec<(String, SourceMesh)> {
+    let largest = |(name, file): (String, Import)| {
+        let primitives = file.primitives.into_iter();
+        let largest = primitives.max_by_key(|p| p.mesh.triangle_count())?;
         Some((name, largest.mesh))
     };
-    paths.iter().filter_map(|path| largest(path)).collect()
+    files().into_iter().filter_map(largest).collect()
 }
 
 /// Time that this thread has run on a core; `None` outside of Linux.

@@ -31,8 +31,8 @@ struct Level {
     triangles: Vec<[u32; 3]>,
     /// The largest distance from the source.
     deviation: f32,
-    /// The root mean square of the distances.
-    rms: f32,
+    /// The error that decides when the level is drawn.
+    error: f32,
 }
 
 /// The hierarchies of all parts, in order.
@@ -52,7 +52,7 @@ pub(super) fn bake(
         let next = levels.get(level + 1);
         Group {
             bounds,
-            error_in_local: next.map_or(f32::INFINITY, Level::error),
+            error_in_local: next.map_or(f32::INFINITY, |next| next.error),
             deviation_in_local: next
                 .filter(|_| config.measure_deviation)
                 .map_or(f32::INFINITY, Level::stated_deviation),
@@ -86,7 +86,7 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     let mut levels = vec![Level {
         triangles: character.triangles().to_vec(),
         deviation: 0.0,
-        rms: 0.0,
+        error: 0.0,
     }];
     let mut simplified = Vec::new();
     for of_level in candidates.chunks(STRENGTHS.len()) {
@@ -109,7 +109,9 @@ fn levels_of(character: &Character<'_>, training: &Training, config: &BakeConfig
     for (level, mean) in levels.iter_mut().skip(1).zip(means) {
         // Errors must not shrink towards coarser levels.
         rms = rms.max(mean);
-        level.rms = rms;
+        // Four times the root mean square may exceed the largest distance. The distance in all poses may be measured
+        // later, and must not change the error.
+        level.error = (rms * ERROR_PER_RMS).min(level.deviation).min(f32::MAX);
     }
     if few.len() < training.poses.len() && config.measure_deviation {
         measure_again(character, &training.poses, &mut levels[1..]);
@@ -133,12 +135,6 @@ impl Level {
     /// The deviation that the hierarchy states, with a margin for other poses.
     fn stated_deviation(&self) -> f32 {
         (self.deviation * POSE_MARGIN).min(f32::MAX)
-    }
-
-    /// The error that decides when the level is drawn.
-    fn error(&self) -> f32 {
-        // Four times the root mean square may exceed the largest distance.
-        (self.rms * ERROR_PER_RMS).min(self.deviation).min(f32::MAX)
     }
 
     /// The next level, with `triangles`. A component that vanishes far from all others would determine the deviation,
@@ -165,7 +161,7 @@ impl Level {
         Self {
             triangles: triangles.iter().chain(kept).copied().collect(),
             deviation,
-            rms: 0.0,
+            error: 0.0,
         }
     }
 }

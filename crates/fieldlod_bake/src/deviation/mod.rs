@@ -186,7 +186,7 @@ impl SourceSurface {
         finer_in_scaled: f32,
     ) -> Measured {
         let least_in_scaled = finer_in_scaled.max(simplified.least_deviation_in_scaled);
-        let position = |own: u32| Vec3::from(simplified.positions[own as usize]) - self.offset;
+        let position = |own: u32| self.position(simplified, own);
         let triangles = clusters
             .iter()
             .flat_map(|corners| corners.as_chunks::<3>().0);
@@ -229,6 +229,24 @@ impl SourceSurface {
         }
     }
 
+    /// The largest distance of a corner or a centre of the simplified triangles from the source.
+    pub(crate) fn farthest_of(&self, simplified: &Simplified) -> f32 {
+        let (triangles, _) = simplified.corners.as_chunks::<3>();
+        let points = triangles.iter().flat_map(|triangle| {
+            let [a, b, c] = triangle.map(|own| self.position(simplified, own));
+            [a, b, c, (a + b + c) / 3.0]
+        });
+        let nearest = points.filter_map(|point| self.target.surface.nearest(point));
+        nearest
+            .map(|found| found.distance_squared)
+            .fold(0.0, f32::max)
+            .sqrt()
+    }
+
+    fn position(&self, simplified: &Simplified, own: u32) -> Vec3 {
+        Vec3::from(simplified.positions[own as usize]) - self.offset
+    }
+
     /// Share of a simplified surface's area that faces away from the source. A triangle faces away if no source
     /// triangle within `reach` of its centre has a normal within 90° of its own.
     pub(crate) fn flipped_share(&self, simplified: &Simplified, reach: f32) -> f32 {
@@ -236,8 +254,7 @@ impl SourceSurface {
         let (mut flipped, mut whole) = (0.0, 0.0);
         let (triangles, _) = simplified.corners.as_chunks::<3>();
         for triangle in triangles {
-            let position = |own: u32| Vec3::from(simplified.positions[own as usize]);
-            let corners = triangle.map(|own| position(own) - self.offset);
+            let corners = triangle.map(|own| self.position(simplified, own));
             let own = area_vector(corners);
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             let faces_alike = |_, corners| area_vector(corners).dot(own) >= 0.0;

@@ -75,16 +75,11 @@ impl Layers {
         scaled_from_local: f32,
     ) -> Level {
         let finer = &whole.groups[index - 1];
-        let deviation = if finer.deviation_in_local.is_finite() {
-            finer.deviation_in_local
-        } else {
-            finer.error_in_local
-        };
         let mut level = Level {
             places: Vec::new(),
             triangles: Vec::with_capacity(triangles.len()),
             component: Vec::with_capacity(triangles.len()),
-            range: self.reach_in_scaled + 2.0 * deviation * scaled_from_local,
+            range: self.reach_in_scaled + 2.0 * finer.error_in_local * scaled_from_local,
         };
         let mut at: FxHashMap<(u32, [u32; 3]), u32> = FxHashMap::default();
         for triangle in triangles {

@@ -17,6 +17,10 @@ use crate::plants::plant::PlantLevel;
 /// models show dark triangles; with zero, many groups are stuck. Half and twice the share make no difference on nine
 /// props.
 const MAX_FLIPPED_SHARE: f32 = 0.003;
+/// A triangle faces the source where the source is at most this many times as far away as from the farthest corner or
+/// centre of the simplified surface. At 1, a helmet takes twice as long because more attempts fail; at 2, a level of a
+/// shader ball faces away.
+const FACING_REACH: f32 = 1.5;
 
 /// Groups and settings of one level.
 pub(crate) struct LevelStep<'a> {
@@ -138,17 +142,14 @@ impl LevelStep<'_> {
         finer: Finer,
     ) -> Option<Accepted> {
         self.plant.fit_covered_area(task, &mut simplified);
+        // Levels do not depend on deviations, which may be measured later.
+        let reach = FACING_REACH * self.source.farthest_of(&simplified);
+        if self.source.flipped_share(&simplified, reach) > MAX_FLIPPED_SHARE {
+            return None;
+        }
         let clusters = split_into_clusters(&simplified.positions, &simplified.corners, self.config);
         let measured = self.measure(part, &simplified, &clusters, finer.deviation_in_scaled);
-        // Without deviations, the error estimates how far away the source may be.
-        let distance = if self.config.measure_deviation {
-            measured.deviation_in_scaled
-        } else {
-            let finer_error = finer.error_in_local / self.vertices.local_from_scaled;
-            simplified.error_in_scaled.max(finer_error)
-        };
-        let flipped = self.source.flipped_share(&simplified, distance);
-        (flipped <= MAX_FLIPPED_SHARE).then_some((simplified, clusters, measured))
+        Some((simplified, clusters, measured))
     }
 
     /// Measures the deviation from the source, if enabled.

@@ -54,6 +54,31 @@ fn open_room(cells: u32) -> SourceMesh {
 }
 
 #[test]
+fn levels_do_not_depend_on_deviations() {
+    let pieces = fixtures::loose_pieces(1).into_iter().step_by(7);
+    let pieces = pieces.map(|pieces| ("loose pieces", pieces.mesh));
+    let others = [
+        ("machine", fixtures::machine(2)),
+        ("kit", fixtures::kit(2)),
+        ("crown", fixtures::crown(300, 1)),
+        ("layers", fixtures::joined(&fixtures::platform())),
+    ];
+    let unmeasured = BakeConfig {
+        measure_deviation: false,
+        ..BakeConfig::default()
+    };
+    for (name, mesh) in meshes().into_iter().chain(others).chain(pieces) {
+        let mut measured = bake_mesh(&mesh, &BakeConfig::default()).unwrap();
+        let unmeasured = bake_mesh(&mesh, &unmeasured).unwrap();
+        assert!(measured.is_measured() && !unmeasured.is_measured());
+        for group in &mut measured.groups {
+            group.deviation_in_local = f32::INFINITY;
+        }
+        assert!(measured == unmeasured, "{name}");
+    }
+}
+
+#[test]
 fn deviations_hold_at_denser_samples() {
     let small = BakeConfig {
         cluster_triangles: 64,

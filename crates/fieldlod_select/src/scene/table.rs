@@ -95,6 +95,15 @@ impl GroupTable {
         table
     }
 
+    /// Whether the groups and units of another table are the same, and both are loaded as a whole.
+    pub(crate) fn has_same_levels(&self, other: &Self) -> bool {
+        let is_whole = self.available.is_none() && other.available.is_none();
+        is_whole
+            && self.levels == other.levels
+            && self.units == other.units
+            && self.coarser == other.coarser
+    }
+
     /// The groups that a cut at `level` refines, without the groups that must be refined with them.
     pub(crate) fn refine_from_level(&self, level: u32, refined: &mut Vec<u64>) {
         refined.clone_from(&self.terminal);

@@ -30,8 +30,6 @@ pub(crate) struct LodScene {
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may need another level.
     pub(crate) whole_meshes_to_swap: Vec<u32>,
-    /// Names of meshes without measured deviations. A view that needs deviations logs and clears them.
-    pub(crate) unmeasured: Vec<String>,
     /// Indexed by [`InstanceId::index`].
     instances: Vec<Option<LodInstance>>,
     instance_of: EntityHashMap<InstanceId>,

@@ -51,6 +51,15 @@ pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 /// wider.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;
 
+/// The rounding that shortcuts of the criterion allow for. Smaller values skip groups that the criterion refines, which
+/// the tests against the criterion find; larger values only test more groups.
+///
+/// A coordinate in camera space is a sum of nine products of rounded factors, twice: at most 30 roundings of 6e-8 of the
+/// largest coordinate, here five times as much.
+pub(crate) const PLACE_SLACK: f32 = 1e-5;
+/// Factor of errors: a few operations, and fields that are bounds within [`camera_field`]'s own rounding.
+pub(crate) const ROUNDING: f32 = 1.001;
+
 /// The error of `group` in pixels under `settings`. A group is refined if its error, times
 /// [`LodSettings::resolution_scale`], exceeds [`LodSettings::threshold_px`].
 ///

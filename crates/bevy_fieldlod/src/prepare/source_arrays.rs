@@ -227,7 +227,7 @@ pub(super) fn place_in_gltf(label: &str) -> Option<[u32; 2]> {
 
 /// Largest number of primitives that are baked together. With more, searches take longer, since each primitive searches
 /// for all others; with fewer, more meshes may have cracks.
-const MOST_TOGETHER: usize = 64;
+const MOST_IN_GROUP: usize = 64;
 
 /// The primitives of the glTF mesh of `mesh` that are baked together, in order. `None` for other meshes, for a single
 /// primitive, and for too many or too large ones: a group is in memory as a whole, and baked again if one of its meshes
@@ -253,9 +253,9 @@ pub(super) fn primitives_together<'a>(
         mesh.primitive_topology() == PrimitiveTopology::TriangleList && !is_rigged(mesh)
     };
     let baked = loaded.filter(|(_, mesh)| is_baked(mesh));
-    let found: Vec<(AssetId<Mesh>, &Mesh)> = baked.take(MOST_TOGETHER + 1).collect();
+    let found: Vec<(AssetId<Mesh>, &Mesh)> = baked.take(MOST_IN_GROUP + 1).collect();
     let triangles = found.iter().map(|(_, mesh)| triangle_count(mesh));
-    let is_group = (2..=MOST_TOGETHER).contains(&found.len())
+    let is_group = (2..=MOST_IN_GROUP).contains(&found.len())
         && found.iter().any(|(id, _)| *id == mesh)
         && triangles.fold(0, usize::saturating_add) < most_triangles;
     is_group.then_some(found)

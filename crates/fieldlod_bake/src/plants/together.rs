@@ -28,7 +28,7 @@ use crate::progress::Share;
 use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
-const MOST_TOGETHER: usize = 4;
+const MOST_PRIMITIVES: usize = 4;
 /// Offset between meshes, as a share of the largest coordinate: two to four steps of an `f32`. Without it, the
 /// simplifier would weld vertices of two meshes at the same position.
 const OFFSET: f32 = 1.0 / (1 << 22) as f32;
@@ -218,7 +218,9 @@ pub(crate) enum Joint {
 }
 
 fn can_bake_as_plant(meshes: &[&SourceMesh], config: &BakeConfig) -> bool {
-    (2..=MOST_TOGETHER).contains(&meshes.len()) && can_be_joined(meshes, config) && is_plant(meshes)
+    (2..=MOST_PRIMITIVES).contains(&meshes.len())
+        && can_be_joined(meshes, config)
+        && is_plant(meshes)
 }
 
 /// Whether many elements are loose, and at least half of the borders stay open after welding. Patches of one surface

@@ -17,16 +17,12 @@ use camera_field::{Camera, FieldOfView};
 use glam::{Mat3, Vec3};
 
 use crate::criterion::error_bounds::{BOUNDS_COLUMNS, EightBounds};
+use crate::criterion::{PLACE_SLACK, ROUNDING};
 use crate::lanes::bits::{LANES, lane_bits};
 use crate::lanes::larger;
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
 use crate::view::sides::LensSides;
-
-/// Bounds of the rounding of points, relative to their coordinates, and of errors. Smaller values let spheres pass that
-/// the criterion refines, which the tests against the criterion find; larger values only test more groups.
-const POSITION_SLACK: f32 = 4e-6;
-const ROUNDING: f32 = 1.001;
 
 /// The tests of one instance against one threshold.
 #[derive(Clone, Copy)]
@@ -67,7 +63,7 @@ impl BoundsTest {
         let counts_outside = settings.advanced.offscreen != Offscreen::Coarsest;
         let reach = instance.origin_in_camera.length() + most * size;
         // Squares of smaller lengths may underflow.
-        let slack = POSITION_SLACK * reach + 1e-14;
+        let slack = PLACE_SLACK * reach + 1e-14;
         Self {
             is_orthographic: matches!(camera, Camera::Orthographic(_)),
             camera_from_local: instance.camera_from_local,

@@ -3,8 +3,8 @@
 use super::changes::{Change, Changes};
 use super::frame::Frame;
 use super::instance_cut::{InstanceCut, Pool};
-use super::limits::columns::LimitColumns;
 use super::limits::keep_test::{Looked, Near};
+use super::limits::limit_columns::LimitColumns;
 use super::memory::{InstanceMemory, InstanceState};
 use crate::hidden::OcclusionBuffer;
 use crate::hidden::held_shares::LevelShare;

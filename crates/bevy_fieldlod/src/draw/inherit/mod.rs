@@ -1,7 +1,7 @@
 //! Units inherit components of their object: its material, of any type, and the other components that affect how it
 //! is drawn.
 
-mod changes;
+mod changed_components;
 mod components;
 
 use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
@@ -16,7 +16,7 @@ use bevy::render::batching::NoAutomaticBatching;
 
 use crate::api::systems::FieldLodSystems;
 use crate::scene::lod_scene::LodScene;
-use changes::{renew_units_of_changed, renew_units_of_other_materials};
+use changed_components::{renew_units_of_changed, renew_units_of_other_materials};
 pub(crate) use components::InheritedComponents;
 
 /// Copies changed components of objects to their units.

@@ -12,8 +12,9 @@
 use camera_field::{Camera, FieldOfView};
 use glam::{Mat3, Vec3};
 
-use super::columns::EightLimits;
+use super::limit_columns::EightLimits;
 use crate::criterion::limits::{Allowed, ErrorUnits};
+use crate::criterion::{PLACE_SLACK, ROUNDING};
 use crate::lanes::bits::{LANES, lane_bits, set_bits_of};
 use crate::lanes::{Eight, larger, smaller, with_avx2};
 use crate::scene::columns::{EightSpheres, sphere_at};
@@ -22,11 +23,6 @@ use crate::view::View;
 use crate::view::shadow_lights::ShadowTest;
 use crate::view::sides::LensSides;
 use crate::view::stretch::is_similarity;
-
-/// Bounds of the rounding of coordinates, relative to their size, and of a few operations. Smaller values keep cuts
-/// that the criterion changes, which the tests against the criterion find; larger values only decide more instances.
-const POSITION_SLACK: f32 = 1e-5;
-const ROUNDING: f32 = 1.001;
 
 /// The test of one view under one set of settings.
 pub(crate) struct KeepTest {
@@ -148,7 +144,7 @@ impl KeepTest {
         };
         let lens = LensTest {
             eye: view.eye_in_world,
-            eye_slack: (view.eye_in_world.abs().element_sum()) * POSITION_SLACK,
+            eye_slack: (view.eye_in_world.abs().element_sum()) * PLACE_SLACK,
             camera_from_world: view.camera_from_world * one,
             is_orthographic,
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
@@ -268,7 +264,7 @@ impl LensTest {
     #[inline(always)]
     fn sight(&self, world: Vec3, radius: f32) -> Sighted {
         let size = world.x.abs() + world.y.abs() + world.z.abs();
-        let slack = size * POSITION_SLACK + self.eye_slack;
+        let slack = size * PLACE_SLACK + self.eye_slack;
         Sighted {
             seen: self.camera_from_world * (world - self.eye),
             radius: radius * ROUNDING + slack,

@@ -1,7 +1,7 @@
 //! The limits within which instances keep their cuts, in columns, and the changes that reset them.
 
-pub(crate) mod columns;
 pub(crate) mod keep_test;
+pub(crate) mod limit_columns;
 
 use crate::criterion::limits::Limits;
 use crate::hidden::held_shares::LevelShare;

@@ -8,7 +8,7 @@ use fieldlod_bake::{BakeConfig, Surface, bake_mesh_with_report};
 use fieldlod_hierarchy::BakedFile;
 
 use super::cache;
-use super::together::Member;
+use super::primitives::Member;
 use crate::api::events::{LodError, LodOrigin};
 use crate::prepare::job::FoundLevels;
 use crate::prepare::source_arrays::SourceArrays;

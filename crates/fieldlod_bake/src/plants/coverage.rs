@@ -242,10 +242,6 @@ impl Drawn {
         }
     }
 
-    pub(crate) fn triangle_count(&self) -> usize {
-        self.corners.len() / 3
-    }
-
     /// Adds a simplified piece.
     pub(crate) fn push(&mut self, piece: &Piece, simplified: &Simplified) {
         self.add(piece, &simplified.corners);

@@ -6,7 +6,7 @@
 use std::sync::OnceLock;
 
 use crate::config::BakeConfig;
-use crate::levels::clusters::Cluster;
+use crate::levels::clusters::{Cluster, triangle_count};
 use crate::levels::simplified_group::SimplifiedGroup;
 use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::LevelVertices;
@@ -36,6 +36,8 @@ pub(crate) struct Plant<'a> {
     mesh: &'a SourceMesh,
     /// Whether many triangles of the mesh belong to loose elements.
     is_plant: bool,
+    /// Whether they belong to pieces of a kit.
+    is_kit: bool,
     /// Method for loose elements.
     loose: Method,
     /// Area that the source covers, measured on first use.
@@ -68,6 +70,7 @@ impl<'a> Plant<'a> {
         Self {
             mesh,
             is_plant: is_small && elements == Some(LooseElements::OfPlant),
+            is_kit: is_small && elements == Some(LooseElements::OfKit),
             loose: if elements == Some(LooseElements::OfKit) {
                 Method::Pieces
             } else {
@@ -103,6 +106,12 @@ impl<'a> Plant<'a> {
             corrections: 0,
             response: Response::default(),
         };
+        let is_fine = self.is_plant || self.is_kit;
+        if is_fine {
+            let left: usize = parts.iter().map(|part| triangle_count(part)).sum();
+            let left = left as f32 / self.mesh.triangle_count() as f32;
+            level.ratio = finer_ratio(left, config);
+        }
         if !has_elements && !self.is_plant {
             return level;
         }
@@ -115,8 +124,6 @@ impl<'a> Plant<'a> {
         }
         if self.is_plant {
             level.visible_px = Some(coverage.visible_px(&drawn, vertices));
-            let left = drawn.triangle_count() as f32 / self.mesh.triangle_count() as f32;
-            level.ratio = ratio_of_plant(left, config);
         }
         level
     }
@@ -155,8 +162,8 @@ impl PlantLevel<'_> {
     }
 }
 
-/// Share of its triangles that a level of a plant keeps. `left` is the level's share of the source triangles.
-fn ratio_of_plant(left: f32, config: &BakeConfig) -> f32 {
+/// Share of its triangles that a level of a plant or a kit keeps. `left` is the level's share of the source triangles.
+fn finer_ratio(left: f32, config: &BakeConfig) -> f32 {
     let removed = 1.0 - left;
     // The first level removes the usual share: nothing can grow from zero.
     if removed <= 0.0 {

@@ -12,11 +12,12 @@
 //! The first section of a primitive holds the terminal groups. Each further section holds the groups
 //! of the next finer level.
 //!
-//! The first section that uses a vertex stores it. Attributes are stored as differences to predictions
-//! from neighbours (the parallelogram rule of C. Touma and C. Gotsman: Triangle Mesh Compression,
-//! 1998). Normals are predicted from the triangles. A triangle is coded by the edge that it shares with
-//! an earlier triangle. The pco library entropy-codes the results. A file may omit the attributes of
-//! source vertices; it always stores which vertices the triangles use.
+//! The first section that uses a vertex stores it. The order of its vertices is that of their first use.
+//! Each coordinate of each attribute is a list of numbers, and so is each corner of the triangles. The pco
+//! library takes differences of neighbours or finds repeated numbers, and entropy-codes the result.
+//!
+//! Prediction by the parallelogram rule, normals from triangles, and triangles from shared edges make
+//! exact files 16 % smaller on average, and quantized files 25 %. They are not worth the code.
 //!
 //! meshoptimizer's vertex and index codecs do not fit: their maintained implementation is C++, which
 //! every loader would have to link. The index codec also changes the first corner of triangles, and both

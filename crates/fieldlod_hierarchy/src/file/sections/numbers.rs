@@ -7,7 +7,7 @@
 //! ```
 //! The length of the sequence is stored elsewhere.
 
-use pco::{ChunkConfig, DeltaSpec, ModeSpec};
+use pco::{ChunkConfig, ModeSpec};
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
@@ -15,17 +15,8 @@ use crate::file::reader::Reader;
 const EQUAL: u8 = 0;
 const PCO: u8 = 8;
 
-/// The expected correlation of a sequence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
-    /// Neighbours may be similar.
-    Plain,
-    /// Residuals of a prediction, or symbols. Neighbours are not correlated.
-    Residuals,
-}
-
 /// Appends `numbers`: as one value if all are equal, otherwise in the shortest coding.
-pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
+pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32]) {
     let first = numbers.first().copied().unwrap_or(0);
     if numbers.iter().all(|&number| number == first) {
         bytes.push(EQUAL);
@@ -39,7 +30,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
         0x100..=0xffff => 2,
         _ => 4,
     };
-    match compress(numbers, kind) {
+    match compress(numbers) {
         Some(packed) if packed.len() + 4 < numbers.len() * width => {
             bytes.push(PCO);
             bytes.extend_from_slice(&(packed.len() as u32).to_le_bytes());
@@ -54,13 +45,9 @@ pub(crate) fn write(bytes: &mut Vec<u8>, numbers: &[u32], kind: Kind) {
     }
 }
 
-fn compress(numbers: &[u32], kind: Kind) -> Option<Vec<u8>> {
+fn compress(numbers: &[u32]) -> Option<Vec<u8>> {
     // Other modes are for multiples of a number, floating-point values, and a dictionary of few values.
-    let plain = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
-    let config = match kind {
-        Kind::Plain => plain,
-        Kind::Residuals => plain.with_delta_spec(DeltaSpec::NoOp),
-    };
+    let config = ChunkConfig::default().with_mode_spec(ModeSpec::Classic);
     pco::standalone::simple_compress(numbers, &config).ok()
 }
 

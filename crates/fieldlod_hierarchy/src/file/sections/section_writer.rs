@@ -13,7 +13,7 @@
 //! Starts of ranges and consumers of units follow from other fields and are not stored.
 
 use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIANGLE_BYTES};
-use crate::file::sections::numbers::{self, Kind, zigzag};
+use crate::file::sections::numbers::{self, zigzag};
 use crate::file::sections::records;
 use crate::file::sections::references::References;
 use crate::file::sections::triangles;
@@ -28,14 +28,10 @@ pub(crate) fn write(coded: &Coded, from: Ends, planes: &[Plane]) -> Vec<u8> {
     write_triangles(&mut bytes, coded, from);
     if !coded.is_page {
         let indices = &coded.vertex_indices[from.vertices..];
-        numbers::write(&mut bytes, indices, Kind::Plain);
+        numbers::write(&mut bytes, indices);
     }
     planes::write(&mut bytes, &coded.columns, from.vertices, planes);
-    numbers::write(
-        &mut bytes,
-        &coded.moved_from[from.moved_from..],
-        Kind::Plain,
-    );
+    numbers::write(&mut bytes, &coded.moved_from[from.moved_from..]);
     // Readers reject sections that claim more memory than their length allows.
     let least = claimed_bytes(coded, from).div_ceil(MAX_PER_BYTE as usize);
     bytes.resize(bytes.len().max(least), 0);
@@ -78,7 +74,7 @@ fn write_indices(bytes: &mut Vec<u8>, indices: &[u32]) {
         before = index;
         zigzag(difference)
     });
-    numbers::write(bytes, &differences.collect::<Vec<_>>(), Kind::Residuals);
+    numbers::write(bytes, &differences.collect::<Vec<_>>());
 }
 
 /// Writes links to finer groups as distances to their group.
@@ -89,14 +85,14 @@ fn write_finer(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
         let links = finer.by_ref().take(group.finer_count as usize);
         differences.extend(links.map(|&finer| index.wrapping_sub(finer)));
     }
-    numbers::write(bytes, &differences, Kind::Plain);
+    numbers::write(bytes, &differences);
 }
 
 fn write_references(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
     let mut references = References::new(from.vertices);
     let vertices = coded.unit_vertices[from.unit_vertices..].iter();
     let numbers: Vec<u32> = vertices.map(|&vertex| references.number(vertex)).collect();
-    numbers::write(bytes, &numbers, Kind::Residuals);
+    numbers::write(bytes, &numbers);
 }
 
 fn write_triangles(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
@@ -108,6 +104,6 @@ fn write_triangles(bytes: &mut Vec<u8>, coded: &Coded, from: Ends) {
         triangles::write_unit(&mut numbers, of_unit);
     }
     for numbers in &numbers {
-        numbers::write(bytes, numbers, Kind::Residuals);
+        numbers::write(bytes, numbers);
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
-use crate::file::sections::numbers::{self, Kind, unzigzag, zigzag};
+use crate::file::sections::numbers::{self, unzigzag, zigzag};
 use crate::file::vertices::columns::Columns;
 
 const SIGN: u32 = 1 << 31;
@@ -36,7 +36,7 @@ pub(crate) fn write(bytes: &mut Vec<u8>, columns: &Columns, first: usize, planes
                 coordinates.map(number).collect()
             }
         };
-        numbers::write(bytes, &numbers, Kind::Plain);
+        numbers::write(bytes, &numbers);
     }
 }
 

@@ -3,9 +3,10 @@
 //! ```text
 //! 0 | value u32            all numbers are equal
 //! 1, 2, 4 | numbers        1, 2 or 4 bytes per number
-//! 8 | length u32 | bytes   compressed by pco
+//! 8 | length u32 | bytes   compressed by pco, in chunks of 2¹⁸ numbers
 //! ```
-//! The length of the sequence is stored elsewhere.
+//! The length of the sequence is stored elsewhere. Pco stores differences of neighbours, or distances to repeated
+//! numbers, if either makes the sequence shorter.
 
 use pco::metadata::DeltaEncoding;
 use pco::wrapped::{FileCompressor, FileDecompressor};
@@ -17,11 +18,12 @@ use crate::file::reader::Reader;
 const EQUAL: u8 = 0;
 const PCO: u8 = 8;
 
-/// Numbers that are compressed together. More numbers share one statistic; fewer numbers repeat its cost.
+/// Numbers of a chunk, as pco's default. A larger chunk has one statistic for more different numbers; smaller chunks
+/// store more statistics.
 const CHUNK: usize = 1 << 18;
 /// First bits of a chunk of plain integers.
 const CLASSIC: u8 = 0;
-/// Binary logarithm of the largest window for repeated numbers, of those that pco writes. Readers allocate the window.
+/// Binary logarithm of the largest distance to a repeated number that pco writes. Readers allocate as many numbers.
 const MAX_WINDOW_LOG: u32 = 15;
 
 /// Appends `numbers`: as one value if all are equal, otherwise in the shortest coding.

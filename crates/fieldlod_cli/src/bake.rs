@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     /// The file to write [default: beside the input].
     #[arg(short, long)]
     output: Option<PathBuf>,
-    /// Round vertex attributes to 16 bits: halves the file.
+    /// Round vertex attributes to 16 bits: nearly halves the file.
     #[arg(long)]
     quantize: bool,
     /// Write a .fieldpages file, which is streamed in pages: for worlds that are larger than memory. Pages cannot hold

@@ -211,7 +211,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
     assert!(fieldlod(&["bake", text(&input)]).status.success());
     let whole = fs::read(&path).unwrap();
     let mut stale = whole.clone();
-    stale[8] = 2;
+    stale[8] = 1;
     let mut corrupt = whole.clone();
     corrupt[100] ^= 1;
     let cut = &whole[..whole.len() / 2];
@@ -219,7 +219,7 @@ fn rejects_bad_fieldlod_files_in_one_line() {
         (&b""[..], "not a .fieldlod file"),
         (
             &stale,
-            "format version 2, but this program reads version 1: bake again",
+            "format version 1, but this program reads version 2: bake again",
         ),
         (&corrupt, "corrupt: wrong checksum"),
         (cut, "truncated: the file ends after"),

@@ -9,13 +9,13 @@ use super::reader::Reader;
 use crate::file::sections::coded::Coded;
 use crate::file::sections::section_reader;
 use crate::file::vertices::attributes;
-use crate::file::vertices::predict::Predict;
+use crate::file::vertices::planes::Plane;
 use crate::hierarchy::Hierarchy;
 
 /// Decodes a primitive, section by section.
 pub(super) struct Decoder {
     entry: Entry,
-    predictors: Vec<Predict>,
+    planes: Vec<Plane>,
     coded: Coded,
     sections_read: usize,
 }
@@ -23,12 +23,12 @@ pub(super) struct Decoder {
 impl Decoder {
     /// `is_page` is `true` for a page of a `.fieldpages` file.
     pub(super) fn new(entry: Entry, is_page: bool) -> Self {
-        let predictors = entry.attributes.predictors(entry.grids().is_some());
-        let mut coded = Coded::new(predictors.len(), entry.counts.source_vertices);
+        let planes = entry.attributes.planes(entry.grids().is_some());
+        let mut coded = Coded::new(planes.len());
         coded.is_page = is_page;
         Self {
             entry,
-            predictors,
+            planes,
             coded,
             sections_read: 0,
         }
@@ -51,8 +51,7 @@ impl Decoder {
         section_reader::read(
             bytes,
             &mut self.coded,
-            &self.predictors,
-            self.entry.grids(),
+            &self.planes,
             unused_vertices as usize,
             origins as usize,
         )
@@ -77,12 +76,13 @@ impl Decoder {
 
     fn hierarchy(&self) -> Result<Hierarchy, FileError> {
         let (entry, coded, counts) = (&self.entry, &self.coded, self.entry.counts);
-        let rows = inverse(&coded.vertex_indices, counts.vertices, "the vertex order")?;
+        let places = inverse(&coded.vertex_indices, counts.vertices, "the vertex order")?;
+        let (grids, attributes) = (entry.grids(), entry.attributes);
         // Sections hold coarse groups first; a hierarchy holds finer groups first.
         let order = inverse(&coded.group_indices, counts.groups, "the groups")?;
         let mut hierarchy = Hierarchy {
             source: entry.source,
-            vertices: attributes::from_rows(&coded.rows, entry.attributes, entry.grids(), &rows),
+            vertices: attributes::from_columns(&coded.columns, attributes, grids, &places),
             source_vertex_count: counts.source_vertices,
             moved_from: coded.moved_from.clone(),
             carrier_joint: entry.carrier_joint,
@@ -92,8 +92,8 @@ impl Decoder {
             unit_vertices: Vec::with_capacity(coded.unit_vertices.len()),
             indices: Vec::with_capacity(coded.indices.len()),
         };
-        for row in order {
-            let group = coded.groups[row as usize - 1];
+        for place in order {
+            let group = coded.groups[place as usize];
             for unit in &coded.units[group.units()] {
                 let vertices = coded.unit_vertices[unit.vertices()].iter();
                 let Range { start, end } = unit.triangles();
@@ -110,17 +110,18 @@ impl Decoder {
     }
 }
 
-/// The row of each index: its position in `indices`, plus 1. Fails unless `indices` is a permutation of `0..count`.
+/// The position of each index in `indices`. Fails unless `indices` is a permutation of `0..count`.
 fn inverse(indices: &[u32], count: u32, what: &'static str) -> Result<Vec<u32>, FileError> {
-    let mut rows = vec![0; indices.len()];
-    for (row, &index) in (1..).zip(indices) {
-        match rows.get_mut(index as usize) {
-            Some(place) if *place == 0 => *place = row,
+    const NONE: u32 = u32::MAX;
+    let mut places = vec![NONE; indices.len()];
+    for (place, &index) in (0..).zip(indices) {
+        match places.get_mut(index as usize) {
+            Some(free) if *free == NONE => *free = place,
             _ => return Err(FileError::Corrupt { what }),
         }
     }
-    if rows.len() == count as usize {
-        Ok(rows)
+    if places.len() == count as usize {
+        Ok(places)
     } else {
         Err(FileError::Corrupt { what })
     }

@@ -5,8 +5,8 @@ use super::layout::{Counts, Entry, SectionEntry};
 use crate::file::sections::coded::Coded;
 use crate::file::sections::section_writer;
 use crate::file::vertices::attributes::{self, Attributes};
+use crate::file::vertices::columns::Columns;
 use crate::file::vertices::quantize::{self, Grids, Precision};
-use crate::file::vertices::rows::Rows;
 use crate::hierarchy::{Hierarchy, Unit};
 
 /// Returns the directory entry and the sections of a primitive.
@@ -16,19 +16,19 @@ use crate::hierarchy::{Hierarchy, Unit};
 pub(super) fn encode(primitive: &BakedPrimitive, precision: Precision) -> (Entry, Vec<Vec<u8>>) {
     let prepared = prepare(primitive, precision);
     let (sections, unused_vertices) =
-        prepared.sections(prepared.hierarchy(), &prepared.rows, false);
+        prepared.sections(prepared.hierarchy(), &prepared.columns, false);
     let of_sections = sections.iter().map(|section| SectionEntry::of(section));
     let mut entry = prepared.entry(primitive, of_sections.collect());
     entry.counts.unused_vertices = unused_vertices as u32;
     (entry, sections)
 }
 
-/// A hierarchy with the vertices that a reader will get, and the rows of these vertices.
+/// A hierarchy with the vertices that a reader will get, and the columns of these vertices.
 pub(super) struct Prepared<'a> {
     source: &'a Hierarchy,
     /// The hierarchy with rounded vertices, and a bound for the distance of a rounded position from the exact one.
     rounded: Option<(Hierarchy, f32)>,
-    pub(super) rows: Rows,
+    pub(super) columns: Columns,
     attributes: Attributes,
     grids: Grids,
     precision: Precision,
@@ -47,11 +47,11 @@ pub(super) fn prepare(primitive: &BakedPrimitive, precision: Precision) -> Prepa
     // One grid for all sections and pages: vertices that they share must round to equal positions.
     let grids = Grids::around(&source.vertices, primitive.grid_box);
     let quantized = (precision == Precision::Quantized16).then_some(&grids);
-    let rows = attributes::to_rows(&source.vertices, quantized);
+    let columns = attributes::to_columns(&source.vertices, quantized);
     // Bounds must contain the rounded vertices.
     let rounded = quantized.map(|grids| {
         let all: Vec<u32> = (0..source.vertices.positions.len() as u32).collect();
-        let vertices = attributes::from_rows(&rows, attributes, Some(grids), &all);
+        let vertices = attributes::from_columns(&columns, attributes, Some(grids), &all);
         // Vertices that lie on the grid were rounded before.
         let is_rounded = primitive.position_error_in_local > 0.0
             && vertices.positions == source.vertices.positions;
@@ -68,7 +68,7 @@ pub(super) fn prepare(primitive: &BakedPrimitive, precision: Precision) -> Prepa
     Prepared {
         source,
         rounded,
-        rows,
+        columns,
         attributes,
         grids,
         precision,
@@ -109,20 +109,24 @@ impl Prepared<'_> {
     }
 
     /// Encodes a page as one section. Units of a page have no producer, and use its vertices in order.
-    pub(super) fn page(&self, hierarchy: &Hierarchy, rows: &Rows) -> Vec<u8> {
-        self.sections(hierarchy, rows, true).0.swap_remove(0)
+    pub(super) fn page(&self, hierarchy: &Hierarchy, columns: &Columns) -> Vec<u8> {
+        self.sections(hierarchy, columns, true).0.swap_remove(0)
     }
 
-    /// Encodes the sections of a hierarchy whose vertices have these `rows`. Also returns the number of
+    /// Encodes the sections of a hierarchy whose vertices have these `columns`. Also returns the number of
     /// vertices that no unit uses.
-    fn sections(&self, hierarchy: &Hierarchy, rows: &Rows, is_page: bool) -> (Vec<Vec<u8>>, usize) {
-        let grids = (self.precision == Precision::Quantized16).then_some(&self.grids);
-        let predictors = self.attributes.predictors(grids.is_some());
-        let source_count = hierarchy.source_vertex_count;
+    fn sections(
+        &self,
+        hierarchy: &Hierarchy,
+        columns: &Columns,
+        is_page: bool,
+    ) -> (Vec<Vec<u8>>, usize) {
+        let is_quantized = self.precision == Precision::Quantized16;
+        let planes = self.attributes.planes(is_quantized);
         let mut coder = Coder {
             hierarchy,
-            source_rows: rows,
-            coded: Coded::new(rows.width, source_count),
+            columns,
+            coded: Coded::new(planes.len()),
             codes: vec![u32::MAX; hierarchy.vertices.positions.len()],
         };
         coder.coded.is_page = is_page;
@@ -140,9 +144,7 @@ impl Prepared<'_> {
                 unused_vertices = coder.add_unused();
                 coder.coded.moved_from.clone_from(&hierarchy.moved_from);
             }
-            let section =
-                section_writer::write(&mut coder.coded, from, &predictors, grids, unused_vertices);
-            sections.push(section);
+            sections.push(section_writer::write(&coder.coded, from, &planes));
         }
         (sections, unused_vertices)
     }
@@ -166,7 +168,7 @@ fn groups_by_section(hierarchy: &Hierarchy) -> Vec<Vec<u32>> {
 
 struct Coder<'a> {
     hierarchy: &'a Hierarchy,
-    source_rows: &'a Rows,
+    columns: &'a Columns,
     coded: Coded,
     /// For each vertex of the hierarchy, its index in `coded`, or `u32::MAX`.
     codes: Vec<u32>,
@@ -195,7 +197,7 @@ impl Coder<'_> {
         if *code == u32::MAX {
             *code = self.coded.vertex_indices.len() as u32;
             self.coded.vertex_indices.push(vertex);
-            self.coded.rows.push(self.source_rows.row(vertex));
+            self.coded.columns.push_from(self.columns, vertex);
         }
         *code
     }

@@ -5,7 +5,7 @@ use thiserror::Error;
 use crate::validate::InvalidHierarchy;
 
 /// The format version that this crate reads and writes.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Reasons why bytes are not a valid `.fieldlod` or `.fieldpages` file.
 #[derive(Clone, Debug, Error, PartialEq)]

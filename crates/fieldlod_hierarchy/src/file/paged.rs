@@ -23,9 +23,9 @@ use super::error::FileError;
 use super::in_file_order;
 use super::layout::{self, Counts, Entry, SectionEntry};
 use super::reader::Reader;
-use crate::file::vertices::attributes::{Attributes, from_rows, to_rows};
+use crate::file::vertices::attributes::{Attributes, from_columns, to_columns};
+use crate::file::vertices::columns::Columns;
 use crate::file::vertices::quantize::Precision;
-use crate::file::vertices::rows::Rows;
 use crate::hierarchy::Hierarchy;
 use crate::vertices::Vertices;
 
@@ -232,14 +232,10 @@ impl PagedMesh {
             return Err(FileError::Corrupt { what });
         }
         let all: Vec<u32> = (0..source.positions.len() as u32).collect();
-        let rounded = from_rows(&to_rows(source, grids), attributes, grids, &all);
-        let mut all_rows = to_rows(&rounded, grids);
+        let rounded = from_columns(&to_columns(source, grids), attributes, grids, &all);
+        let mut columns = to_columns(&rounded, grids);
         let mut places: HashMap<Vec<u32>, u32> = HashMap::new();
-        let first = |&vertex: &u32| {
-            *places
-                .entry(all_rows.row(vertex).to_vec())
-                .or_insert(vertex)
-        };
+        let first = |&vertex: &u32| *places.entry(columns.row(vertex)).or_insert(vertex);
         let firsts = all.iter().map(first).collect();
         let mut count = all.len() as u32;
         let mut whole = Hierarchy {
@@ -249,18 +245,18 @@ impl PagedMesh {
         };
         let pages = (0..self.pages.len()).map(|page| self.read_page_of(page, file));
         let pages: Vec<Hierarchy> = pages.collect::<Result<_, _>>()?;
-        let rows = pages.iter().map(|page| to_rows(&page.vertices, grids));
-        let rows: Vec<Rows> = rows.collect();
+        let columns_of = |page: &Hierarchy| to_columns(&page.vertices, grids);
+        let columns_of_pages: Vec<Columns> = pages.iter().map(columns_of).collect();
         for (index, group) in (0..).zip(&self.graph.groups) {
             let number = self.page_of(index) as usize;
             let at = self.groups_of(number).partition_point(|&own| own < index);
             let page = &pages[number];
             for (unit, own) in group.units().zip(&page.units[page.groups[at].units()]) {
                 let vertices = page.vertices_of(own).iter().map(|&vertex| {
-                    let row = rows[number].row(vertex);
-                    let place = *places.entry(row.to_vec()).or_insert(count);
+                    let of_page = &columns_of_pages[number];
+                    let place = *places.entry(of_page.row(vertex)).or_insert(count);
                     if place == count {
-                        all_rows.push(row);
+                        columns.push_from(of_page, vertex);
                         count += 1;
                     }
                     place
@@ -273,7 +269,7 @@ impl PagedMesh {
             whole.push_group(*group, self.graph.finer_groups(group).iter().copied());
         }
         let all: Vec<u32> = (0..count).collect();
-        whole.vertices = from_rows(&all_rows, attributes, grids, &all);
+        whole.vertices = from_columns(&columns, attributes, grids, &all);
         Ok((whole, firsts))
     }
 

@@ -10,10 +10,10 @@ const FINER_COUNT: usize = GROUP_INDEX + 5 + 12 * 5;
 const FINER: usize = GROUP_INDEX + 5 + 15 * 5;
 const PRODUCED_BY: usize = FINER + 5 + 7 * 5;
 const VERTEX_LIST: usize = GROUP_INDEX + 5 + (15 + 1 + 12) * 5;
-const EDGES: usize = VERTEX_LIST + 5;
-const CORNERS: usize = EDGES + 3 + 4;
-const DISTANCES: usize = CORNERS + 5 + 4;
-const VERTEX_ORDER: usize = DISTANCES + 3 + 5;
+const FIRST_CORNERS: usize = VERTEX_LIST + 5;
+const SECOND_CORNERS: usize = FIRST_CORNERS + 3;
+const THIRD_CORNERS: usize = SECOND_CORNERS + 9;
+const VERTEX_ORDER: usize = THIRD_CORNERS + 3;
 
 /// Returns the fault after the bytes `old` of a section are replaced by `new`.
 fn fault_with(section: usize, offset: usize, old: &[u8], new: &[u8]) -> FileError {
@@ -43,19 +43,12 @@ rejects! {
     "producer that does not exist": "the units", 2, PRODUCED_BY, [0, 0] => [0, 1];
     "later vertex": "the vertex lists", 0, VERTEX_LIST, [0, 0] => [0, 1];
     "vertices with equal indices":
-        "the vertex order", 0, VERTEX_ORDER, [1, 0, 8, 2, 8] => [1, 0, 8, 8, 8];
-    "source vertex out of range":
-        "the vertex order", 0, VERTEX_ORDER, [1, 0, 8, 2, 8] => [1, 0, 8, 2, 80];
-    "shared edge of the first triangle": "the triangles", 0, EDGES, [1, 48] => [1, 0];
-    "recent vertex of the first triangle":
-        "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 3, 19, 19, 0];
-    "border vertex of the first triangle":
-        "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 1, 19, 19, 0];
-    "unknown corner symbol": "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 0, 19, 20, 0];
-    "missing distance": "the triangles", 0, CORNERS, [1, 0, 19, 19, 0] => [1, 19, 19, 19, 0];
-    "corner 4 of 4": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 8, 1];
-    "corner 3 after 1": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 6, 1];
-    "corner before 0": "the triangles", 0, DISTANCES, [1, 4, 1] => [1, 1, 1];
+        "the vertex order", 0, VERTEX_ORDER, [1, 0, 1, 4, 5] => [1, 0, 1, 4, 4];
+    "vertex 6 of 6": "the vertex order", 0, VERTEX_ORDER, [1, 0, 1, 4, 5] => [1, 0, 1, 4, 6];
+    "corner before 0": "the triangles", 0, FIRST_CORNERS, [1, 0, 3] => [1, 4, 3];
+    "corner 4 of 4": "the triangles", 0, THIRD_CORNERS, [1, 5, 0] => [1, 0, 0];
+    "unknown number of a corner":
+        "the triangles", 0, SECOND_CORNERS, [4, 2, 0, 1, 0] => [4, 3, 0, 1, 0];
 }
 
 #[test]

@@ -10,7 +10,7 @@ use crate::file::contents::BakedPrimitive;
 use crate::file::encode::{self, Prepared};
 use crate::file::layout::SectionEntry;
 use crate::file::vertices::attributes::Attributes;
-use crate::file::vertices::rows::Rows;
+use crate::file::vertices::columns::Columns;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Bits of each coordinate in the Z-order key of a group: the most that fit into 32 bits.
@@ -25,8 +25,8 @@ pub(super) fn encode(
     let prepared = encode::prepare(primitive, options.precision);
     let hierarchy = prepared.hierarchy();
     // Meshes on the GPU have an exact number for each column, also if the file is quantized.
-    let columns = Attributes::of(&hierarchy.vertices).predictors(false);
-    let vertex_bytes = columns.len() as u64 * 4;
+    let planes = Attributes::of(&hierarchy.vertices).planes(false);
+    let vertex_bytes = planes.len() as u64 * 4;
     let mut groups: Vec<u32> = Vec::new();
     let mut pages = Vec::new();
     for mut page in partition(hierarchy, vertex_bytes, u64::from(options.page_bytes)) {
@@ -137,8 +137,8 @@ fn encode_page(
     vertex_bytes: u64,
 ) -> (Page, Vec<u8>) {
     let groups_of_page = &groups[range.start as usize..range.end as usize];
-    let (page, rows) = page_hierarchy(prepared, groups_of_page);
-    let section = prepared.page(&page, &rows);
+    let (page, columns) = page_hierarchy(prepared, groups_of_page);
+    let section = prepared.page(&page, &columns);
     let units = page.units.iter();
     (
         Page {
@@ -154,11 +154,11 @@ fn encode_page(
     )
 }
 
-/// Copies groups into a hierarchy without links. Also returns the rows of its vertices.
-fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
+/// Copies groups into a hierarchy without links. Also returns the columns of its vertices.
+fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Columns) {
     let from = prepared.hierarchy();
     let mut page = Hierarchy::default();
-    let mut rows = Rows::zeros(prepared.rows.width, 0);
+    let mut columns = Columns::new(prepared.columns.columns.len());
     // The index in the page of each vertex.
     let mut indices: HashMap<u32, u32> = HashMap::new();
     for &group in groups {
@@ -167,7 +167,7 @@ fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
             let vertices = from.vertices_of(unit).iter().map(|&vertex| {
                 let next = indices.len() as u32;
                 *indices.entry(vertex).or_insert_with(|| {
-                    rows.push(prepared.rows.row(vertex));
+                    columns.push_from(&prepared.columns, vertex);
                     next
                 })
             });
@@ -190,10 +190,10 @@ fn page_hierarchy(prepared: &Prepared, groups: &[u32]) -> (Hierarchy, Rows) {
             [],
         );
     }
-    // The encoder takes vertices from the rows; it reads only the number of positions.
+    // The encoder takes vertices from the columns; it reads only the number of positions.
     page.vertices.positions = vec![Vec3::ZERO; indices.len()];
     page.source_vertex_count = indices.len() as u32;
-    (page, rows)
+    (page, columns)
 }
 
 /// Copies groups, units and links only.

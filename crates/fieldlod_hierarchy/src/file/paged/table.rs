@@ -8,7 +8,7 @@ use crate::file::error::FileError;
 use crate::file::layout::{self, Entry, Header, SectionEntry};
 use crate::file::reader::Reader;
 use crate::file::sections::coded::{Coded, MAX_PER_BYTE};
-use crate::file::sections::numbers::{self, Kind};
+use crate::file::sections::numbers;
 use crate::file::sections::section_reader;
 use crate::file::sections::section_writer;
 use crate::hierarchy::Hierarchy;
@@ -45,7 +45,7 @@ fn mesh_bytes(mesh: &PagedMesh) -> Vec<u8> {
         mesh.groups.clone(),
     ];
     for column in columns {
-        numbers::write(&mut bytes, &column, Kind::Plain);
+        numbers::write(&mut bytes, &column);
     }
     // Readers reject sections that need more than `MAX_PER_BYTE` bytes of memory per byte.
     let claimed = section_writer::claimed_by_graph(&coded, nothing);

@@ -1,6 +1,6 @@
 //! A hierarchy in coding order: coarsest level first, vertices in the order of their first use.
 
-use crate::file::vertices::rows::Rows;
+use crate::file::vertices::columns::Columns;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot
@@ -9,8 +9,8 @@ use crate::hierarchy::{Group, Hierarchy, Unit};
 pub(crate) const MAX_PER_BYTE: u64 = 64;
 /// Memory of a group and its index.
 pub(crate) const GROUP_BYTES: usize = size_of::<Group>() + 4;
-/// Memory of a triangle: three indices and the symbol of an edge.
-pub(crate) const TRIANGLE_BYTES: usize = 3 * 2 + 4;
+/// Memory of a triangle: three indices, and the numbers that they are decoded from.
+pub(crate) const TRIANGLE_BYTES: usize = 3 * 2 + 3 * 4;
 
 /// The arrays of a hierarchy in coding order. Ranges are consecutive, so their starts are not stored.
 #[derive(Debug, Default)]
@@ -23,24 +23,21 @@ pub(crate) struct Coded {
     /// Vertices as indices in coding order.
     pub(crate) unit_vertices: Vec<u32>,
     pub(crate) indices: Vec<u16>,
-    /// Number of source vertices, which come first in the hierarchy.
-    pub(crate) source_vertex_count: u32,
     /// The hierarchy is a page: its vertices are in coding order, so their indices are not stored.
     pub(crate) is_page: bool,
     /// The index of each vertex in the hierarchy.
     pub(crate) vertex_indices: Vec<u32>,
     /// The source vertex of each moved vertex, in the order of the hierarchy.
     pub(crate) moved_from: Vec<u32>,
-    /// Rows of the vertices in coding order, after one row of zeros.
-    pub(crate) rows: Rows,
+    /// Attributes of the vertices in coding order.
+    pub(crate) columns: Columns,
 }
 
 impl Coded {
-    /// Creates an empty hierarchy whose vertices have rows of `columns` numbers.
-    pub(crate) fn new(columns: usize, source_vertex_count: u32) -> Self {
+    /// Creates an empty hierarchy whose vertices have `columns` numbers.
+    pub(crate) fn new(columns: usize) -> Self {
         Self {
-            source_vertex_count,
-            rows: Rows::zeros(columns, 1),
+            columns: Columns::new(columns),
             ..Self::default()
         }
     }

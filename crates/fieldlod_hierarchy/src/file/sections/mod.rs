@@ -2,7 +2,6 @@
 //!
 //! Input: groups. Output: the bytes of a section.
 
-pub(super) mod border;
 pub(super) mod coded;
 pub(super) mod numbers;
 pub(super) mod records;

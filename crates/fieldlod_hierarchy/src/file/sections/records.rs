@@ -4,14 +4,14 @@ use bytemuck::Pod;
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
-use crate::file::sections::numbers::{self, Kind};
+use crate::file::sections::numbers;
 
 pub(crate) fn write<T: Pod>(bytes: &mut Vec<u8>, records: &[T]) {
     let fields = const { fields_of::<T>() };
     let words: &[u32] = bytemuck::cast_slice(records);
     for field in 0..fields {
         let column: Vec<u32> = words.iter().skip(field).step_by(fields).copied().collect();
-        numbers::write(bytes, &column, Kind::Plain);
+        numbers::write(bytes, &column);
     }
 }
 

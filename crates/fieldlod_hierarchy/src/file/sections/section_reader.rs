@@ -6,14 +6,8 @@ use crate::file::sections::coded::{Coded, Ends, GROUP_BYTES, MAX_PER_BYTE, TRIAN
 use crate::file::sections::numbers::{self, unzigzag};
 use crate::file::sections::records;
 use crate::file::sections::references::References;
-use crate::file::sections::triangles::SymbolReader;
-use crate::file::vertices::attributes::predicted_normals;
-use crate::file::vertices::planes::{self, Targets};
-use crate::file::vertices::predict::Predict;
-use crate::file::vertices::predictor::Predictor;
-use crate::file::vertices::quantize::Grids;
-use crate::file::vertices::rows::{Prediction, Rows};
-use crate::file::vertices::vertex_order;
+use crate::file::sections::triangles;
+use crate::file::vertices::planes::{self, Plane};
 use crate::hierarchy::{Group, NO_GROUP, Unit};
 
 /// Reads a section and appends it to `coded`. The section ends with `unused_vertices` vertices that no unit uses, and
@@ -21,8 +15,7 @@ use crate::hierarchy::{Group, NO_GROUP, Unit};
 pub(crate) fn read(
     bytes: &[u8],
     coded: &mut Coded,
-    predictors: &[Predict],
-    grids: Option<&Grids>,
+    planes: &[Plane],
     unused_vertices: usize,
     origins: usize,
 ) -> Result<(), FileError> {
@@ -36,21 +29,14 @@ pub(crate) fn read(
     let counts = section.claim_geometry()?;
     let used = section.read_references(counts.references)?;
     let added = section.claim_vertices(used as u64 + unused_vertices as u64)?;
-    // Attributes follow the triangles, because triangles predict attributes.
-    let predictions = section.read_triangles(counts.triangles, added, unused_vertices)?;
-    section.read_vertex_order(added, &predictions)?;
-    section.coded.rows.add_zeros(added);
-    // The rows are taken out, because the predicted normals borrow the rest of `coded`.
-    let mut rows = std::mem::take(&mut section.coded.rows);
-    let (coded, from) = (&*section.coded, section.from);
-    let normals = |rows: &Rows| predicted_normals(coded, from, rows, grids, &predictions);
-    let targets = Targets {
-        predictors,
-        predictions: &predictions,
-        normals: &normals,
-    };
-    planes::read(&mut section.reader, &mut rows, &targets)?;
-    section.coded.rows = rows;
+    section.read_triangles(counts.triangles)?;
+    section.read_vertex_order(added)?;
+    planes::read(
+        &mut section.reader,
+        &mut section.coded.columns,
+        added,
+        planes,
+    )?;
     let origins = section.budget.claim(origins as u64, 4)?;
     let moved_from = numbers::read(&mut section.reader, origins, "the origins")?;
     section.coded.moved_from.extend(moved_from);
@@ -174,64 +160,35 @@ impl SectionReader<'_> {
 
     /// Claims memory for `count` new vertices.
     fn claim_vertices(&mut self, count: u64) -> Result<usize, FileError> {
-        let bytes = (self.coded.rows.width + 1) * 4;
+        let bytes = (self.coded.columns.columns.len() + 1) * 4;
         self.budget.claim(count, bytes)
     }
 
     /// Reads the indices of `count` new vertices in the hierarchy.
-    fn read_vertex_order(
-        &mut self,
-        count: usize,
-        predictions: &[Prediction],
-    ) -> Result<(), FileError> {
-        let source_count = self.coded.source_vertex_count;
+    fn read_vertex_order(&mut self, count: usize) -> Result<(), FileError> {
         let indices = &mut self.coded.vertex_indices;
         if self.coded.is_page {
             let first = indices.len() as u32;
             indices.extend(first..first + count as u32);
-            return Ok(());
+        } else {
+            let read = numbers::read(&mut self.reader, count, "the vertex order")?;
+            indices.extend(read);
         }
-        indices.resize(indices.len() + count, 0);
-        vertex_order::read(&mut self.reader, indices, predictions, source_count)
+        Ok(())
     }
 
-    /// Reads triangles and returns the predictions of new vertices.
-    fn read_triangles(
-        &mut self,
-        triangles: usize,
-        added: usize,
-        unused_vertices: usize,
-    ) -> Result<Vec<Prediction>, FileError> {
-        const WHAT: &str = "the triangles";
-        let edges = numbers::read(&mut self.reader, triangles, WHAT)?;
-        let vertices = self.read_counted(WHAT)?;
-        let distances = self.read_counted(WHAT)?;
-        let mut symbols = SymbolReader {
-            edges: edges.iter(),
-            vertices: vertices.iter(),
-            distances: distances.iter(),
-        };
-        let (coded, from) = (&mut *self.coded, self.from);
-        let mut predictor = Predictor::new(from.vertices, added);
-        coded.indices.reserve(triangles * 3);
-        let mut vertex = from.unit_vertices;
-        for unit in &coded.units[from.units..] {
-            let vertices = &coded.unit_vertices[vertex..][..unit.vertex_count as usize];
-            let (triangles, count) = (unit.triangle_count, unit.vertex_count);
-            symbols.read_unit(triangles, count, &mut coded.indices, |step| {
-                predictor.add_triangle(step, vertices);
-            })?;
-            predictor.finish_unit(vertices);
-            vertex += vertices.len();
+    fn read_triangles(&mut self, count: usize) -> Result<(), FileError> {
+        let mut corner = || numbers::read(&mut self.reader, count, "the triangles");
+        let numbers: triangles::Numbers = [corner()?, corner()?, corner()?];
+        self.coded.indices.reserve(count * 3);
+        let mut first = 0;
+        for unit in &self.coded.units[self.from.units..] {
+            let end = first + unit.triangle_count as usize;
+            let of_unit = numbers.each_ref().map(|numbers| &numbers[first..end]);
+            triangles::read_unit(of_unit, unit.vertex_count, &mut self.coded.indices)?;
+            first = end;
         }
-        Ok(predictor.finish(unused_vertices))
-    }
-
-    /// Reads a list of numbers after its count.
-    fn read_counted(&mut self, what: &'static str) -> Result<Vec<u32>, FileError> {
-        let count: u32 = self.reader.value(what)?;
-        let count = self.budget.claim(u64::from(count), 4)?;
-        numbers::read(&mut self.reader, count, what)
+        Ok(())
     }
 }
 

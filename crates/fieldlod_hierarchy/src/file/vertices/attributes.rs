@@ -1,13 +1,11 @@
-//! Converts vertex attributes to rows of numbers, exact or quantized.
+//! Converts vertex attributes to columns of numbers, exact or quantized.
 
 use glam::Vec3;
 
-use crate::file::sections::coded::{Coded, Ends};
+use crate::file::vertices::columns::Columns;
 use crate::file::vertices::octahedron;
-use crate::file::vertices::predict::Predict;
+use crate::file::vertices::planes::Plane;
 use crate::file::vertices::quantize::{Grid, Grids};
-use crate::file::vertices::rows::{Prediction, Rows};
-use crate::file::vertices::vertex_normals::vertex_normals;
 use crate::vertices::Vertices;
 
 /// The set of attributes besides positions.
@@ -43,106 +41,98 @@ impl Attributes {
         self.bits & bit != 0
     }
 
-    /// The predictor of each column.
-    pub(crate) fn predictors(self, quantized: bool) -> Vec<Predict> {
-        let (line, mean) = if quantized {
-            (Predict::IntParallelogram, Predict::IntMean)
-        } else {
-            (Predict::FloatParallelogram, Predict::FloatMean)
-        };
+    /// How each column is written.
+    pub(crate) fn planes(self, is_quantized: bool) -> Vec<Plane> {
+        use Plane::{Floats, Integers, ThirdOfUnit};
         // A direction has two octahedral coordinates if quantized, otherwise three exact ones.
-        let (direction, normal, columns) = if quantized {
-            (Predict::IntMean, Predict::IntNormal, 2)
+        let (number, direction) = if is_quantized {
+            (Integers, &[Integers; 2][..])
         } else {
-            (Predict::FloatDirection, Predict::FloatNormal, 3)
+            (Floats, &[Floats, Floats, ThirdOfUnit][..])
         };
-        let of = |attribute, predict, columns: usize| {
-            let columns = if self.has(attribute) { columns } else { 0 };
-            std::iter::repeat_n(predict, columns)
-        };
-        // Positions come first, because normals are predicted from them.
-        let positions = std::iter::repeat_n(line, 3);
-        let all = positions
-            .chain(of(NORMALS, normal, columns))
-            .chain(of(UVS, line, 2))
-            .chain(of(TANGENTS, direction, columns))
-            .chain(of(TANGENTS, mean, 1))
-            .chain(of(UVS_1, line, 2))
-            .chain(of(COLORS, mean, 4));
-        all.collect()
+        let attributes = [
+            (true, &[number; 3][..]),
+            (self.has(NORMALS), direction),
+            (self.has(UVS), &[number; 2]),
+            (self.has(TANGENTS), direction),
+            (self.has(TANGENTS), &[number]),
+            (self.has(UVS_1), &[number; 2]),
+            (self.has(COLORS), &[number; 4]),
+        ];
+        let present = attributes.into_iter().filter(|(is_present, _)| *is_present);
+        present.flat_map(|(_, planes)| planes).copied().collect()
     }
 }
 
-/// Converts each vertex to a row.
-pub(crate) fn to_rows(vertices: &Vertices, grids: Option<&Grids>) -> Rows {
-    let width = Attributes::of(vertices).predictors(grids.is_some()).len();
-    let mut rows = Rows::zeros(width, 0);
-    let mut row = Vec::with_capacity(width);
+/// Converts the attributes of vertices to columns.
+pub(crate) fn to_columns(vertices: &Vertices, grids: Option<&Grids>) -> Columns {
     let is_quantized = grids.is_some();
-    for vertex in 0..vertices.positions.len() {
-        row.clear();
-        push_vector(
-            &mut row,
-            vertices.positions.get(vertex),
-            grids.map(|g| g.position),
-        );
-        push_direction(
-            &mut row,
-            vertices.normals.get(vertex).copied(),
-            is_quantized,
-        );
-        push_vector(&mut row, vertices.uvs.get(vertex), grids.map(|g| g.uv));
-        let tangent = vertices.tangents.get(vertex);
-        push_direction(&mut row, tangent.map(|t| t.truncate()), is_quantized);
-        row.extend(tangent.map(|t| {
-            if is_quantized {
-                u32::from(t.w < 0.0)
-            } else {
-                t.w.to_bits()
-            }
-        }));
-        push_vector(&mut row, vertices.uvs_1.get(vertex), grids.map(|g| g.uv_1));
-        push_vector(
-            &mut row,
-            vertices.colors.get(vertex),
-            grids.map(|g| g.color),
-        );
-        rows.push(&row);
+    if vertices.positions.is_empty() {
+        return Columns::new(Attributes::of(vertices).planes(is_quantized).len());
     }
-    rows
+    let mut columns = Columns::default();
+    push_vectors(&mut columns, &vertices.positions, grids.map(|g| g.position));
+    push_directions(&mut columns, &vertices.normals, is_quantized);
+    push_vectors(&mut columns, &vertices.uvs, grids.map(|g| g.uv));
+    let tangents = vertices.tangents.iter();
+    let directions: Vec<Vec3> = tangents.clone().map(|t| t.truncate()).collect();
+    push_directions(&mut columns, &directions, is_quantized);
+    if is_quantized {
+        push_column(&mut columns, tangents.map(|t| u32::from(t.w < 0.0)));
+    } else {
+        push_column(&mut columns, tangents.map(|t| t.w.to_bits()));
+    }
+    push_vectors(&mut columns, &vertices.uvs_1, grids.map(|g| g.uv_1));
+    push_vectors(&mut columns, &vertices.colors, grids.map(|g| g.color));
+    columns
 }
 
-/// Appends the coordinates of a vector, if it exists: their bits, or their steps on `grids`.
-fn push_vector<const N: usize, V: Into<[f32; N]> + Copy>(
-    row: &mut Vec<u32>,
-    vector: Option<&V>,
+/// Appends a column, unless the attribute is missing.
+fn push_column(columns: &mut Columns, numbers: impl ExactSizeIterator<Item = u32>) {
+    if numbers.len() > 0 {
+        columns.columns.push(numbers.collect());
+    }
+}
+
+/// Appends a column for each coordinate: its bits, or its steps on `grids`.
+fn push_vectors<const N: usize, V: Into<[f32; N]> + Copy>(
+    columns: &mut Columns,
+    vectors: &[V],
     grids: Option<[Grid; N]>,
 ) {
-    let Some(&vector) = vector else { return };
-    let numbers = vector.into().into_iter().enumerate();
-    row.extend(numbers.map(|(k, number)| match &grids {
-        Some(grids) => grids[k].number(number),
-        None => number.to_bits(),
-    }));
-}
-
-fn push_direction(row: &mut Vec<u32>, direction: Option<Vec3>, is_quantized: bool) {
-    match direction {
-        Some(direction) if is_quantized => row.extend(octahedron::numbers(direction)),
-        _ => push_vector(row, direction.as_ref(), None::<[Grid; 3]>),
+    for k in 0..N {
+        let coordinates = vectors.iter().map(|&vector| vector.into()[k]);
+        match grids {
+            Some(grids) => push_column(columns, coordinates.map(|x| grids[k].number(x))),
+            None => push_column(columns, coordinates.map(f32::to_bits)),
+        }
     }
 }
 
-/// Inverse of [`to_rows`]. Vertex `i` has the row `indices[i]`.
-pub(crate) fn from_rows(
-    rows: &Rows,
+fn push_directions(columns: &mut Columns, directions: &[Vec3], is_quantized: bool) {
+    if !is_quantized {
+        push_vectors(columns, directions, None::<[Grid; 3]>);
+        return;
+    }
+    let numbers: Vec<[u32; 2]> = directions
+        .iter()
+        .copied()
+        .map(octahedron::numbers)
+        .collect();
+    for k in 0..2 {
+        push_column(columns, numbers.iter().map(|numbers| numbers[k]));
+    }
+}
+
+/// Inverse of [`to_columns`]. Vertex `i` has the numbers at `indices[i]`.
+pub(crate) fn from_columns(
+    columns: &Columns,
     attributes: Attributes,
     grids: Option<&Grids>,
     indices: &[u32],
 ) -> Vertices {
-    let mut columns = Columns {
-        rows,
-        column: 0,
+    let mut columns = ColumnReader {
+        columns: columns.columns.iter(),
         indices,
     };
     let positions = columns.vectors(true, grids.map(|g| g.position));
@@ -164,19 +154,19 @@ pub(crate) fn from_rows(
 }
 
 /// Reads columns in order.
-struct Columns<'a> {
-    rows: &'a Rows,
-    column: usize,
+struct ColumnReader<'a> {
+    columns: std::slice::Iter<'a, Vec<u32>>,
     indices: &'a [u32],
 }
 
-impl<'a> Columns<'a> {
+impl<'a> ColumnReader<'a> {
     /// The next `N` columns.
     fn numbers<const N: usize>(&mut self) -> impl Iterator<Item = [u32; N]> + use<'a, N> {
-        let (rows, column) = (self.rows, self.column);
-        self.column += N;
+        let mut next = || self.columns.next().expect("there is a column");
+        let columns: [&Vec<u32>; N] = std::array::from_fn(|_| next());
         let indices = self.indices.iter();
-        indices.map(move |&index| rows.some(index, column))
+        // Array `map` is not always inlined.
+        indices.map(move |&index| std::array::from_fn(|k| columns[k][index as usize]))
     }
 
     fn vectors<const N: usize, V: From<[f32; N]>>(
@@ -219,31 +209,4 @@ impl<'a> Columns<'a> {
             numbers.map(|[sign]| f32::from_bits(sign)).collect()
         }
     }
-}
-
-/// Predicts the normals of the targets of `predictions` from the triangles that were added after
-/// `from`. `rows` holds the positions.
-pub(crate) fn predicted_normals(
-    coded: &Coded,
-    from: Ends,
-    rows: &Rows,
-    grids: Option<&Grids>,
-    predictions: &[Prediction],
-) -> Vec<[u32; 3]> {
-    let position = |vertex: u32| {
-        let numbers = rows.some::<3>(vertex + 1, 0);
-        Vec3::from_array(match grids {
-            Some(grids) => std::array::from_fn(|k| grids.position[k].value(numbers[k])),
-            None => numbers.map(f32::from_bits),
-        })
-    };
-    let normals = vertex_normals(coded, from, position);
-    let numbers_of = |p: &Prediction| {
-        let normal = normals[p.target as usize - 1 - from.vertices];
-        match octahedron::numbers(normal) {
-            [x, y] if grids.is_some() => [x, y, 0],
-            _ => normal.to_array().map(f32::to_bits),
-        }
-    };
-    predictions.iter().map(numbers_of).collect()
 }

@@ -1,13 +1,9 @@
-//! Encodes and decodes vertices: rounds, orders and predicts them.
+//! Encodes and decodes vertices.
 //!
-//! Input: vertex attributes. Output: small numbers for the entropy coder.
+//! Input: vertex attributes. Output: columns of numbers for the entropy coder.
 
 pub(super) mod attributes;
+pub(super) mod columns;
 pub(super) mod octahedron;
 pub(super) mod planes;
-pub(super) mod predict;
-pub(super) mod predictor;
 pub(super) mod quantize;
-pub(super) mod rows;
-pub(super) mod vertex_normals;
-pub(super) mod vertex_order;

@@ -1,142 +1,133 @@
-//! Codes vertex rows as differences to predictions from earlier vertices.
+//! Codes columns of vertex attributes, one after the other.
+//!
+//! Floating-point numbers are written as integers in the same order, so that numbers of similar size have a small
+//! difference. The third coordinate of a unit vector is written as the difference to √(1 − x² − y²), which is mostly a
+//! few units of the last place. Its sign is the lowest bit.
 
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
-use crate::file::sections::numbers::{self, Kind};
-use crate::file::vertices::predict::{Predict, residuals_of, restored};
-use crate::file::vertices::rows::{Prediction, Rows};
+use crate::file::sections::numbers::{self, unzigzag, zigzag};
+use crate::file::vertices::columns::Columns;
 
-/// Largest number of columns that are coded in one pass.
-const MAX_COLUMNS: usize = 4;
+const SIGN: u32 = 1 << 31;
 
-/// Sets of columns that are coded in one pass, with the index of the first column.
-fn column_sets(predictors: &[Predict]) -> impl Iterator<Item = (usize, &[Predict])> {
-    let equal = predictors.chunk_by(|a, b| a == b);
-    let sets = equal.flat_map(|equal| match equal[0] {
-        Predict::FloatDirection | Predict::FloatNormal => equal.chunks(3),
-        _ => equal.chunks(MAX_COLUMNS),
-    });
-    sets.scan(0, |next, columns| {
-        let first = *next;
-        *next += columns.len();
-        Some((first, columns))
-    })
+/// How the numbers of a column are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plane {
+    /// Integers.
+    Integers,
+    /// Bits of floating-point numbers.
+    Floats,
+    /// Bits of the third coordinate of unit vectors. The two columns before hold the other two coordinates.
+    ThirdOfUnit,
 }
 
-/// The vertices of a section and their predictions.
-pub(crate) struct Targets<'a> {
-    pub(crate) predictors: &'a [Predict],
-    pub(crate) predictions: &'a [Prediction],
-    /// Computes the predicted normal of each target. The rows must have positions.
-    pub(crate) normals: &'a dyn Fn(&Rows) -> Vec<[u32; 3]>,
-}
-
-impl Targets<'_> {
-    fn normals_for(&self, predict: Predict, rows: &Rows) -> Vec<[u32; 3]> {
-        match predict {
-            Predict::FloatNormal | Predict::IntNormal => (self.normals)(rows),
-            _ => Vec::new(),
-        }
-    }
-}
-
-/// Writes the targets.
-pub(crate) fn write(bytes: &mut Vec<u8>, rows: &Rows, targets: &Targets<'_>) {
-    let predictions = targets.predictions;
-    for (first, columns) in column_sets(targets.predictors) {
-        let (predict, count) = (columns[0], columns.len());
-        // Positions come first, so the rows hold the decoded positions when normals are predicted.
-        let normals = targets.normals_for(predict, rows);
-        let mut residuals = vec![Vec::with_capacity(predictions.len()); count];
-        for (index, p) in predictions.iter().enumerate() {
-            let numbers = match normals.get(index) {
-                Some(&[x, y, z]) => [[x, y, z, 0]; 3],
-                None => [p.a, p.b, p.d].map(|row| rows.up_to(row, first, count)),
-            };
-            let target: [u32; MAX_COLUMNS] = rows.up_to(p.target, first, count);
-            let found = residuals_of(predict, numbers, target);
-            for (residuals, number) in residuals.iter_mut().zip(found) {
-                residuals.push(number);
+/// Writes the vertices of `columns` from vertex `first` on.
+pub(crate) fn write(bytes: &mut Vec<u8>, columns: &Columns, first: usize, planes: &[Plane]) {
+    let column = |index: usize| columns.columns[index][first..].iter().copied();
+    for (index, plane) in planes.iter().enumerate() {
+        let numbers: Vec<u32> = match plane {
+            Plane::Integers => column(index).collect(),
+            Plane::Floats => column(index).map(ordered).collect(),
+            Plane::ThirdOfUnit => {
+                let others = column(index - 2).zip(column(index - 1));
+                let coordinates = others.zip(column(index));
+                let number = |((x, y), z)| difference_to_third([x, y], z);
+                coordinates.map(number).collect()
             }
-        }
-        for residuals in &residuals {
-            numbers::write(bytes, residuals, Kind::Residuals);
-        }
+        };
+        numbers::write(bytes, &numbers);
     }
 }
 
-/// Reads the targets into existing rows.
+/// Reads `count` vertices and appends them to `columns`.
 pub(crate) fn read(
     reader: &mut Reader<'_>,
-    rows: &mut Rows,
-    targets: &Targets<'_>,
+    columns: &mut Columns,
+    count: usize,
+    planes: &[Plane],
 ) -> Result<(), FileError> {
-    let count = targets.predictions.len();
-    let mut residuals: [Vec<u32>; MAX_COLUMNS] = Default::default();
-    for (first, columns) in column_sets(targets.predictors) {
-        for residuals in &mut residuals[..columns.len()] {
-            numbers::read_into(reader, count, "the vertices", residuals)?;
-        }
-        // One pass decodes several columns: while one waits for its last result, the CPU works on another.
-        let filler = Filler {
-            first,
-            predict: columns[0],
-            predictions: targets.predictions,
-            normals: targets.normals_for(columns[0], rows),
-        };
-        let [x, y, z, w] = &residuals;
-        match columns.len() {
-            1 => filler.fill(rows, [x]),
-            2 => filler.fill(rows, [x, y]),
-            3 => filler.fill(rows, [x, y, z]),
-            _ => filler.fill(rows, [x, y, z, w]),
+    let mut numbers = Vec::new();
+    for (index, plane) in planes.iter().enumerate() {
+        numbers::read_into(reader, count, "the vertices", &mut numbers)?;
+        let (before, rest) = columns.columns.split_at_mut(index);
+        let column = &mut rest[0];
+        let first = column.len();
+        let numbers = numbers.iter().copied();
+        match plane {
+            Plane::Integers => column.extend(numbers),
+            Plane::Floats => column.extend(numbers.map(float_of)),
+            Plane::ThirdOfUnit => {
+                let others = before[index - 2][first..].iter();
+                let others = others.zip(&before[index - 1][first..]);
+                let third = |((&x, &y), number)| third_with([x, y], number);
+                column.extend(others.zip(numbers).map(third));
+            }
         }
     }
     Ok(())
 }
 
-/// Restores the columns that start at `first`.
-struct Filler<'a> {
-    first: usize,
-    predict: Predict,
-    predictions: &'a [Prediction],
-    normals: Vec<[u32; 3]>,
+/// Maps the bits of floating-point numbers to integers in the same order.
+fn ordered(bits: u32) -> u32 {
+    if bits & SIGN == 0 { bits | SIGN } else { !bits }
 }
 
-impl Filler<'_> {
-    fn fill<const N: usize>(&self, rows: &mut Rows, residuals: [&Vec<u32>; N]) {
-        use Predict::{FloatDirection, FloatMean, FloatParallelogram, IntMean, IntParallelogram};
-        // Equal lengths let the compiler remove bounds checks.
-        let residuals = residuals.map(|residuals| &residuals[..self.predictions.len()]);
-        // A literal predictor in each arm keeps the choice out of the loops.
-        match self.predict {
-            FloatParallelogram => self.fill_with(rows, residuals, FloatParallelogram),
-            FloatMean => self.fill_with(rows, residuals, FloatMean),
-            FloatDirection => self.fill_with(rows, residuals, FloatDirection),
-            IntParallelogram => self.fill_with(rows, residuals, IntParallelogram),
-            IntMean => self.fill_with(rows, residuals, IntMean),
-            Predict::FloatNormal => self.fill_normals(rows, residuals, FloatDirection),
-            Predict::IntNormal => self.fill_normals(rows, residuals, IntMean),
+/// Inverse of [`ordered`].
+fn float_of(number: u32) -> u32 {
+    if number & SIGN == 0 {
+        !number
+    } else {
+        number & !SIGN
+    }
+}
+
+fn difference_to_third(others: [u32; 2], third: u32) -> u32 {
+    // Rotated, the sign is the lowest bit.
+    let size = size_of_third(others).rotate_left(1);
+    zigzag(third.rotate_left(1).wrapping_sub(size))
+}
+
+/// Inverse of [`difference_to_third`].
+fn third_with(others: [u32; 2], difference: u32) -> u32 {
+    let size = size_of_third(others).rotate_left(1);
+    size.wrapping_add(unzigzag(difference)).rotate_right(1)
+}
+
+/// The bits of the absolute third coordinate of a unit vector. It uses basic operations only, because their results are
+/// equal on all machines.
+fn size_of_third(others: [u32; 2]) -> u32 {
+    let [x, y] = others.map(|bits| f64::from(f32::from_bits(bits)));
+    let squared = 1.0 - x * x - y * y;
+    // Without a size, also for NaN, 0 takes its place: the sign of NaN differs between machines.
+    let size = if squared > 0.0 { squared.sqrt() } else { 0.0 };
+    (size as f32).to_bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixtures::Random;
+
+    #[test]
+    fn any_bits_round_trip() {
+        let mut random = Random::new(0);
+        for _ in 0..10_000 {
+            let [x, y, z] = [(); 3].map(|()| random.next_u64() as u32);
+            assert_eq!(float_of(ordered(x)), x);
+            let number = difference_to_third([x, y], z);
+            assert_eq!(third_with([x, y], number), z);
         }
     }
 
-    #[inline(always)]
-    fn fill_with<const N: usize>(&self, rows: &mut Rows, residuals: [&[u32]; N], predict: Predict) {
-        for (index, p) in self.predictions.iter().enumerate() {
-            // Array `map` is not always inlined.
-            let (a, b) = (rows.some(p.a, self.first), rows.some(p.b, self.first));
-            let numbers = [a, b, rows.some(p.d, self.first)];
-            let residuals = std::array::from_fn(|k| residuals[k][index]);
-            let restored = restored(predict, numbers, residuals);
-            rows.set::<N>(p.target, self.first, restored);
+    #[test]
+    fn third_coordinates_of_unit_vectors_are_small_numbers() {
+        let mut random = Random::new(0);
+        let mut bits = 0;
+        for _ in 0..10_000 {
+            let [x, y, z] = random.vector().normalize().to_array().map(f32::to_bits);
+            bits += u32::BITS - difference_to_third([x, y], z).leading_zeros();
         }
-    }
-
-    fn fill_normals<const N: usize>(&self, rows: &mut Rows, residuals: [&[u32]; N], like: Predict) {
-        for (index, (p, normal)) in self.predictions.iter().zip(&self.normals).enumerate() {
-            let guess = std::array::from_fn(|k| normal[k]);
-            let residuals = std::array::from_fn(|k| residuals[k][index]);
-            rows.set::<N>(p.target, self.first, restored(like, [guess; 3], residuals));
-        }
+        assert!(bits < 60_000, "{bits}");
     }
 }

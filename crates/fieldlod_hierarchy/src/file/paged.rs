@@ -24,7 +24,7 @@ use super::in_file_order;
 use super::layout::{self, Counts, Entry, SectionEntry};
 use super::reader::Reader;
 use crate::file::vertices::attributes::{Attributes, from_columns, to_columns};
-use crate::file::vertices::columns::Columns;
+use crate::file::vertices::attribute_columns::Columns;
 use crate::file::vertices::quantize::Precision;
 use crate::hierarchy::Hierarchy;
 use crate::vertices::Vertices;

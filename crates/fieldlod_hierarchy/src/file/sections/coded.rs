@@ -1,6 +1,6 @@
 //! A hierarchy in coding order: coarsest level first, vertices in the order of their first use.
 
-use crate::file::vertices::columns::Columns;
+use crate::file::vertices::attribute_columns::Columns;
 use crate::hierarchy::{Group, Hierarchy, Unit};
 
 /// Largest number of bytes that one byte of a section may decode to. A small malformed file cannot

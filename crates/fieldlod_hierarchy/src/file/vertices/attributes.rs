@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::file::vertices::columns::Columns;
+use crate::file::vertices::attribute_columns::Columns;
 use crate::file::vertices::octahedron;
 use crate::file::vertices::planes::Plane;
 use crate::file::vertices::quantize::{Grid, Grids};

@@ -3,7 +3,7 @@
 //! Input: vertex attributes. Output: columns of numbers for the entropy coder.
 
 pub(super) mod attributes;
-pub(super) mod columns;
+pub(super) mod attribute_columns;
 pub(super) mod octahedron;
 pub(super) mod planes;
 pub(super) mod quantize;

@@ -7,7 +7,7 @@
 use crate::file::error::FileError;
 use crate::file::reader::Reader;
 use crate::file::sections::numbers::{self, unzigzag, zigzag};
-use crate::file::vertices::columns::Columns;
+use crate::file::vertices::attribute_columns::Columns;
 
 const SIGN: u32 = 1 << 31;
 

@@ -27,6 +27,7 @@ mod content {
     mod primitives;
     mod rejects;
     pub(crate) mod scenes;
+    mod served;
     mod standalone;
     pub(crate) mod surfaces;
 }

@@ -15,7 +15,13 @@ fn main() -> AppExit {
     let places: Vec<_> = (0..12u8)
         .map(|i| Vec3::new(3.0 * f32::from(i % 3), 0.0, -4.0 * f32::from(i / 3)))
         .collect();
-    write_gltf(&folder.join("rocks.gltf"), &rock(33), &places).expect("a writable folder");
+    write_gltf(
+        &folder.join("rocks.gltf"),
+        &rock(33),
+        &places,
+        [0.6, 0.5, 0.4],
+    )
+    .expect("a writable folder");
     App::new()
         .add_plugins((common::plugins_with_assets_in(folder), FieldLodPlugin))
         .add_systems(Startup, setup)

@@ -31,7 +31,7 @@ fn main() -> AppExit {
 fn write_assets(folder: &Path) -> Result {
     let scene = folder.join("rocks.gltf");
     let places = [-3.0, 0.0, 3.0].map(|x| Vec3::new(x, 0.0, -x.abs()));
-    write_gltf(&scene, &rock(50), &places)?;
+    write_gltf(&scene, &rock(50), &places, [0.6, 0.5, 0.4])?;
     let baked = bake_file(&scene, &BakeConfig::default(), &|_| ())?;
     std::fs::write(folder.join("rocks.fieldlod"), baked.file.to_bytes())?;
     Ok(())

@@ -36,7 +36,7 @@ fn main() -> AppExit {
 fn write_pages(folder: &Path) -> Result {
     let land = hills(100.0, 250, &[0.07, 0.23, 0.9, 3.1]);
     let source = folder.join("land.gltf");
-    write_gltf(&source, &land, &[Vec3::ZERO])?;
+    write_gltf(&source, &land, &[Vec3::ZERO], [0.6, 0.5, 0.4])?;
     let baked = bake_file(&source, &BakeConfig::default(), &|_| ())?;
     let pages = PagedFile::to_bytes(&baked.file, PageOptions::default());
     std::fs::write(folder.join("land.fieldpages"), pages)?;

@@ -181,6 +181,11 @@ impl Plugin for FieldLodCorePlugin {
     }
 }
 
+#[cfg(all(feature = "bake", target_arch = "wasm32"))]
+compile_error!(
+    "the feature `bake` is not available in browsers: disable the default features and ship .fieldlod files"
+);
+
 /// Locks a mutex. A panic of another thread leaves the values of this crate valid.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)

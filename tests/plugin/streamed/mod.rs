@@ -2,7 +2,7 @@
 
 mod faults;
 mod scene;
-mod shelf;
+pub(crate) mod shelf;
 mod sources;
 
 use std::sync::LazyLock;

@@ -17,7 +17,7 @@ use futures_io::{AsyncRead, AsyncSeek};
 
 /// An asset source. Clones share the files.
 #[derive(Clone, Default)]
-pub(super) struct Shelf(Arc<Contents>);
+pub(crate) struct Shelf(Arc<Contents>);
 
 #[derive(Default)]
 struct Contents {
@@ -27,10 +27,12 @@ struct Contents {
     /// Whether readers cannot seek.
     streams_only: AtomicBool,
     bytes_read: AtomicU64,
+    /// The names of all reads, missing files included.
+    reads: Mutex<Vec<String>>,
 }
 
 impl Shelf {
-    pub(super) fn put(&self, name: &str, bytes: Vec<u8>) {
+    pub(crate) fn put(&self, name: &str, bytes: Vec<u8>) {
         self.0.files.lock().unwrap().insert(name.into(), bytes);
     }
 
@@ -47,6 +49,12 @@ impl Shelf {
         self.0.streams_only.store(true, Ordering::Release);
     }
 
+    /// How often a file was read or missing.
+    pub(crate) fn reads_of(&self, name: &str) -> usize {
+        let reads = self.0.reads.lock().unwrap();
+        reads.iter().filter(|read| *read == name).count()
+    }
+
     /// Bytes that were read from all files.
     pub(super) fn bytes_read(&self) -> u64 {
         self.0.bytes_read.load(Ordering::Acquire)
@@ -59,13 +67,9 @@ impl AssetReader for Shelf {
         while self.0.stalls.load(Ordering::Acquire) {
             std::thread::sleep(Duration::from_millis(5));
         }
-        let bytes = self
-            .0
-            .files
-            .lock()
-            .unwrap()
-            .get(path.to_str().unwrap())
-            .cloned();
+        let name = path.to_str().unwrap();
+        self.0.reads.lock().unwrap().push(name.into());
+        let bytes = self.0.files.lock().unwrap().get(name).cloned();
         let bytes = bytes.ok_or_else(|| AssetReaderError::NotFound(path.into()))?;
         Ok(ShelfReader {
             bytes: VecReader::new(bytes),

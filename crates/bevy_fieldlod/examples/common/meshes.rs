@@ -91,8 +91,14 @@ pub(crate) fn folder_of(name: &str) -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Writes a glTF file with one scene, in which `mesh` stands at `places`, and a `.bin` file beside it.
-pub(crate) fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Result<()> {
+/// Writes a glTF file with one scene, in which `mesh` stands at `places`, and a `.bin` file beside it. The colour is
+/// linear.
+pub(crate) fn write_gltf(
+    path: &Path,
+    mesh: &Mesh,
+    places: &[Vec3],
+    [red, green, blue]: [f32; 3],
+) -> io::Result<()> {
     let (Some(Indices::U32(indices)), Some(aabb)) = (mesh.indices(), mesh.compute_aabb()) else {
         return Err(io::Error::other("the mesh has no 32-bit indices"));
     };
@@ -112,7 +118,7 @@ pub(crate) fn write_gltf(path: &Path, mesh: &Mesh, places: &[Vec3]) -> io::Resul
         "scenes": [{ "nodes": Vec::from_iter(0..places.len()) }],
         "nodes": Vec::from_iter(nodes),
         "materials": [{
-            "pbrMetallicRoughness": { "baseColorFactor": [0.6, 0.5, 0.4, 1.0], "metallicFactor": 0.0 }
+            "pbrMetallicRoughness": { "baseColorFactor": [red, green, blue, 1.0], "metallicFactor": 0.0 }
         }],
         "meshes": [{
             "primitives": [{ "attributes": { "POSITION": 0, "NORMAL": 1 }, "indices": 2, "material": 0 }]

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 
 use bevy::asset::io::{AssetSourceId, Reader};
-use bevy::asset::{AssetMode, AssetPath, AsyncSeekExt};
+use bevy::asset::{AssetPath, AsyncSeekExt};
 use bevy::prelude::*;
 
 /// Number of bytes at the end of a file that must be equal for two files to count as the same: the end of the
@@ -23,6 +23,7 @@ impl AssetFolder {
     /// The folder of an app's [`AssetPlugin`].
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn of(app: &App) -> Option<Self> {
+        use bevy::asset::AssetMode;
         let plugins = app.get_added_plugins::<AssetPlugin>();
         let plugin = plugins.first()?;
         let folder = match plugin.mode {
@@ -33,7 +34,7 @@ impl AssetFolder {
         Some(Self(base.join(folder)))
     }
 
-    /// Returns `None`: there is no asset folder on the web.
+    /// Returns `None`: a browser has no asset folder. No file is opened there.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn of(_app: &App) -> Option<Self> {
         None

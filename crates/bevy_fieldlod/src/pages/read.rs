@@ -26,7 +26,8 @@ impl LodPages {
         folder: Option<&AssetFolder>,
     ) -> Result<Self, BevyError> {
         let name = path.to_string();
-        let can_seek = reader.seekable().is_ok();
+        // A browser's reader has the whole file, and would fetch it again for each page.
+        let can_seek = !cfg!(target_arch = "wasm32") && reader.seekable().is_ok();
         let file = match folder {
             Some(folder) => folder.find(&path, reader).await,
             None => None,

@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+use bevy::asset::AssetPath;
 use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoCpuCulling;
 use bevy::ecs::system::SystemParam;
@@ -20,10 +21,12 @@ use crate::draw::gpu_culling::GpuCulling;
 use crate::prepare::track::AutoLodLookup;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 
-/// Logs meshes without levels of detail: each faulty mesh, and of those of a kind without levels one for each reason.
+/// Logs meshes without levels of detail: each faulty mesh, one for each asset without baked levels, and of those of a
+/// kind without levels one for each reason.
 #[derive(SystemParam)]
 pub(super) struct FailureLog<'w, 's> {
     reasons: Local<'s, HashSet<String>>,
+    files: Local<'s, HashSet<AssetPath<'static>>>,
     faulty: Local<'s, HashSet<AssetId<Mesh>>>,
     assets: Res<'w, AssetServer>,
     names: Query<'w, 's, &'static Name>,
@@ -32,7 +35,14 @@ pub(super) struct FailureLog<'w, 's> {
 
 impl FailureLog<'_, '_> {
     fn add(&mut self, entity: Entity, mesh: AssetId<Mesh>, error: &LodError) {
-        if !error.is_unsupported() {
+        let path = self.assets.get_path(mesh);
+        if let (LodError::BakeDisabled, Some(path)) = (error, path) {
+            // A scene may have hundreds of meshes. Its `.fieldlod` file is missing, or baked from another version.
+            let path = path.without_label().into_owned();
+            if self.files.insert(path.clone()) {
+                error!("could not prepare {path}: {error}; drawing its source meshes");
+            }
+        } else if !error.is_unsupported() {
             // A scene may have thousands of entities with the mesh.
             if self.faulty.insert(mesh) {
                 let name = self.name_of(entity, mesh);

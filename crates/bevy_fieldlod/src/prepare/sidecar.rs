@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
+use async_lock::OnceCell;
 use bevy::asset::io::AssetReaderError;
 use bevy::asset::{AssetPath, AssetServer, AssetServerMode};
 use bevy::log::warn;
 use bevy::platform::collections::HashMap;
-use fieldlod_hierarchy::BakedFile;
+use fieldlod_hierarchy::{BakedFile, FileError};
 
 use crate::assets::glb;
 use crate::lock;
@@ -19,20 +20,17 @@ type Found = Option<(String, Arc<BakedFile>)>;
 /// its asset.
 #[derive(Debug, Default)]
 pub(crate) struct SidecarFiles {
-    files: Mutex<HashMap<AssetPath<'static>, Found>>,
+    files: Mutex<HashMap<AssetPath<'static>, Arc<OnceCell<Found>>>>,
 }
 
 impl SidecarFiles {
     /// Finds the file for the asset at `path`.
     pub(super) async fn find(&self, assets: &AssetServer, path: &AssetPath<'static>) -> Found {
         let asset = path.clone().without_label().into_owned();
-        if let Some(found) = lock(&self.files).get(&asset) {
-            return found.clone();
-        }
-        // Two tasks may read the same file: a lock that is held meanwhile would block the threads of the others.
-        let found = read_sidecar(assets, &asset).await;
-        lock(&self.files).insert(asset, found.clone());
-        found
+        let file = lock(&self.files).entry(asset.clone()).or_default().clone();
+        // Tasks wait for the first one without blocking their threads. On the web, tasks of all meshes start at once.
+        let found = file.get_or_init(|| read_sidecar(assets, &asset)).await;
+        found.clone()
     }
 }
 
@@ -55,11 +53,19 @@ async fn read_sidecar(assets: &AssetServer, path: &AssetPath<'static>) -> Found 
 fn parse(name: String, bytes: &[u8]) -> Found {
     match BakedFile::from_bytes(bytes) {
         Ok(file) => Some((name, Arc::new(file))),
+        // Many servers answer requests for missing files with a page, some with the status 200.
+        Err(FileError::NotFieldlod) if is_page(bytes) => None,
         Err(error) => {
             warn!("could not use {name}: {error}; trying other sources");
             None
         }
     }
+}
+
+/// Whether the bytes begin like HTML.
+fn is_page(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    text.trim_ascii_start().starts_with(b"<")
 }
 
 /// Reads without the asset server, which would log an error for a missing file.

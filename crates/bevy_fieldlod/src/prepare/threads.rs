@@ -35,10 +35,13 @@ impl PrepareThreads {
 
     /// Ends the threads of loading screens.
     pub(super) fn end_loading_screen(&mut self) {
-        let threads = self.0[LodPriority::LoadingScreen as usize].take();
-        // The drop waits for the threads, and a cancelled bake may run for seconds.
-        #[cfg(not(target_arch = "wasm32"))]
-        if let Some(threads) = threads {
+        let Some(threads) = self.0[LodPriority::LoadingScreen as usize].take() else {
+            return;
+        };
+        // The drop waits for the threads, and a cancelled bake may run for seconds. A browser has no threads.
+        if cfg!(target_arch = "wasm32") {
+            drop(threads);
+        } else {
             std::thread::spawn(move || drop(threads));
         }
     }

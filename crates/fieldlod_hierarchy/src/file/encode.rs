@@ -4,8 +4,8 @@ use super::contents::BakedPrimitive;
 use super::layout::{Counts, Entry, SectionEntry};
 use crate::file::sections::coded::Coded;
 use crate::file::sections::section_writer;
-use crate::file::vertices::attributes::{self, Attributes};
 use crate::file::vertices::attribute_columns::Columns;
+use crate::file::vertices::attributes::{self, Attributes};
 use crate::file::vertices::quantize::{self, Grids, Precision};
 use crate::hierarchy::{Hierarchy, Unit};
 

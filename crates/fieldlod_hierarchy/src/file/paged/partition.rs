@@ -9,8 +9,8 @@ use super::{Page, PageOptions, PagedMesh};
 use crate::file::contents::BakedPrimitive;
 use crate::file::encode::{self, Prepared};
 use crate::file::layout::SectionEntry;
-use crate::file::vertices::attributes::Attributes;
 use crate::file::vertices::attribute_columns::Columns;
+use crate::file::vertices::attributes::Attributes;
 use crate::hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
 
 /// Bits of each coordinate in the Z-order key of a group: the most that fit into 32 bits.

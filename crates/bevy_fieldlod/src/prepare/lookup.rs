@@ -185,7 +185,7 @@ impl LodMeshes {
             levels.peek().is_some()
                 && levels.all(|lod| lod.is_stored && has_no_user(lod))
                 // The coarsest levels of `.fieldpages` files stay in memory.
-                && !self.providers.contains_key(mesh)
+                && !self.has_provider(*mesh)
         };
         self.entries.keys().copied().filter(is_unused).collect()
     }
@@ -245,6 +245,11 @@ impl LodMeshes {
                 self.rigged_files = default();
             }
         }
+    }
+
+    /// Whether a provider makes the levels of a mesh.
+    pub(super) fn has_provider(&self, mesh: AssetId<Mesh>) -> bool {
+        self.providers.contains_key(&mesh)
     }
 
     /// Measures deviations from now on.
@@ -319,7 +324,7 @@ impl LodMeshLookup<'_> {
         }
         let entries = known.entries.get(&mesh).into_iter().flatten();
         // Providers ignore the request, so that all entities with the mesh share one entry.
-        let ignores_request = known.providers.contains_key(&mesh);
+        let ignores_request = known.has_provider(mesh);
         let mut same = entries.filter(|(one, _)| ignores_request || one.is_same_request(auto_lod));
         let Some((_, entry)) = same.next() else {
             // An entity may have the handle of a mesh that is still being loaded. The parts of a character are recorded
@@ -347,7 +352,7 @@ impl LodMeshLookup<'_> {
         auto_lod: &AutoLod,
         material_of: &MaterialOf<'_>,
     ) {
-        let request = if self.known.providers.contains_key(&mesh) {
+        let request = if self.known.has_provider(mesh) {
             AutoLod::default()
         } else {
             auto_lod.request()
@@ -462,12 +467,12 @@ impl LodMeshLookup<'_> {
     }
 
     /// Whether another preparation for a request may measure deviations.
-    pub(super) fn may_measure(&self, request: &AutoLod) -> bool {
+    pub(super) fn may_measure(&self, mesh: AssetId<Mesh>, request: &AutoLod) -> bool {
         #[cfg(feature = "bake")]
         let may = self.bake_config(request).measure_deviation;
         #[cfg(not(feature = "bake"))]
         let may = false;
-        may && request.baked.is_none()
+        may && request.baked.is_none() && !self.known.has_provider(mesh)
     }
 
     /// The settings of a bake. Those of the app measure deviations once a camera needs them.

@@ -111,12 +111,14 @@ pub(super) fn measure_levels(
     let material_of = |mesh: AssetId<Mesh>| materials.get(&mesh).copied();
     for (mesh, levels) in std::mem::take(&mut lookup.known.measuring.waiting) {
         let started = match users.get(&levels.id) {
-            Some(request) if !lookup.may_measure(request) => Ok(LodMeshEntry::Plain(None)),
-            Some(request) => lookup.start_task(mesh, request, &material_of),
-            None => {
+            Some(request) if lookup.may_measure(mesh, request) => {
+                lookup.start_task(mesh, request, &material_of)
+            }
+            None if !lookup.known.has_provider(mesh) => {
                 lookup.known.drop_levels(mesh, &mut scene);
                 continue;
             }
+            _ => Ok(LodMeshEntry::Plain(None)),
         };
         let measuring = &mut lookup.known.measuring;
         match started {

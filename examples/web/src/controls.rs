@@ -90,6 +90,7 @@ pub(crate) fn print_numbers(numbers: Res<Numbers>, exit: MessageReader<AppExit>)
 
 /// The functions that the page calls.
 #[cfg(target_arch = "wasm32")]
+#[expect(unreachable_pub, reason = "wasm-bindgen exports public functions only")]
 mod page {
     use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -58,6 +58,7 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>, options: Res<Options>
     }
     commands.spawn((
         DirectionalLight {
+            illuminance: 4000.0,
             shadow_maps_enabled: true,
             ..default()
         },

@@ -10,7 +10,7 @@ use fieldlod_bake::{BakeConfig, SourceMesh, bake_file, bake_together, fixtures};
 use serde_json::json;
 
 use crate::content::scenes::spawn_scene;
-use crate::content::surfaces::{baked_entries, entries, entry_of, set_cache};
+use crate::content::surfaces::{baked_entries, entries, entry_of, run_time_config, set_cache};
 use crate::gltf_file::GltfFile;
 use crate::headless::{app_in, failures, origins, progress, ready};
 
@@ -125,7 +125,7 @@ fn cache_distinguishes_kinds_of_primitives() {
     app.update();
     ready(&mut app, 3);
     let meshes: Vec<&SourceMesh> = parts.iter().collect();
-    let joined = bake_together(&meshes, &BakeConfig::default());
+    let joined = bake_together(&meshes, &run_time_config());
     let joined = joined.into_iter().map(|baked| entry_of(baked.unwrap().0));
     let found = entries(&cache);
     assert!(found.len() == 6 && joined.into_iter().all(|entry| found.contains(&entry)));

@@ -61,7 +61,15 @@ fn entry(surface: Option<Surface>) -> Vec<u8> {
         surface: surface.map(Arc::new),
         ..fixtures::cards(300, 3)
     };
-    entry_of(bake_mesh(&mesh, &BakeConfig::default()).unwrap())
+    entry_of(bake_mesh(&mesh, &run_time_config()).unwrap())
+}
+
+/// The settings of bakes without a camera that needs deviations.
+pub(crate) fn run_time_config() -> BakeConfig {
+    BakeConfig {
+        measure_deviation: false,
+        ..BakeConfig::default()
+    }
 }
 
 pub(crate) fn entry_of(hierarchy: Hierarchy) -> Vec<u8> {
@@ -135,7 +143,7 @@ pub(crate) fn tree() -> GltfFile {
 
 /// The cache entries of all primitives of a file, sorted.
 pub(crate) fn baked_entries(glb: &Path) -> Vec<Vec<u8>> {
-    let outcome = bake_file(glb, &BakeConfig::default(), &|_| ()).unwrap();
+    let outcome = bake_file(glb, &run_time_config(), &|_| ()).unwrap();
     let primitives = outcome.file.primitives.into_iter();
     let mut entries: Vec<_> = primitives.map(|p| entry_of(p.hierarchy)).collect();
     entries.sort();

@@ -180,7 +180,7 @@ fn guarantee_measures_levels_that_are_ready() {
         (stats.triangles_drawn, stats.units_drawn)
     };
     let of_other = drawn_by(&app, other);
-    insert(&mut app, camera, FieldLodCamera::guaranteed(1.0));
+    insert(&mut app, camera, FieldLodCamera::guaranteed(8.0));
     app.update();
     let drawn = stats(&app, camera);
     assert_eq!(drawn.triangles_drawn, drawn.triangles_full);

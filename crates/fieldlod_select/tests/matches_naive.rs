@@ -5,10 +5,12 @@ mod common;
 use common::world::{Placed, Watcher, World};
 use common::{
     HIERARCHIES, any_camera, any_orthographic, any_placement, any_settings, any_view, hierarchies,
-    look, perspective, vector, zoomed,
+    look, perspective, unmeasured, vector, zoomed,
 };
+use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    AdvancedSettings, GroupTable, InstanceView, LodSettings, VisibleFlux, group_error_px, refine,
+    AdvancedSettings, GroupTable, InstanceView, LodSettings, Scene, Selector, VisibleFlux,
+    group_error_px, refine,
 };
 use glam::{Affine3A, Quat, Vec3, Vec3A};
 use proptest::prelude::*;
@@ -257,16 +259,31 @@ fn later_deviations_select_as_in_a_new_scene() {
         ..LodSettings::guaranteed(4.0)
     };
     let view = look(perspective(1.0), Vec3::Z * 20.0, Vec3::ZERO);
-    let table = |mesh: usize| GroupTable::new(&hierarchies()[mesh]);
-    let [measured, mut later] = [3, 4].map(|mesh| World::forest(mesh, 10, 4.0));
-    let mut selector = later.select(&view, &settings);
-    let unmeasured_cuts = later.cuts(&selector);
-    assert!(later.scene.replace_table(later.meshes[4], table(3)));
-    later.scene.update();
-    selector.select(&later.scene, &view, &settings);
-    let cuts = later.cuts(&selector);
-    assert!(cuts != unmeasured_cuts);
-    assert_eq!(cuts, measured.cuts(&measured.select(&view, &settings)));
-    // Other levels would not fit what is drawn.
-    assert!(!later.scene.replace_table(later.meshes[4], table(0)));
+    let select = |scene: &mut Scene, selector: &mut Selector, id| {
+        scene.update();
+        selector.select(scene, &view, &settings);
+        selector.units(scene, id).to_vec()
+    };
+    // Units, and a chain of whole meshes.
+    for hierarchy in [3, 5].map(|index| &hierarchies()[index]) {
+        let scene_of = |hierarchy: &Hierarchy| {
+            let mut scene = Scene::default();
+            let mesh = scene.add_mesh(hierarchy);
+            let id = scene.add_instance(mesh, Affine3A::IDENTITY, 1.0);
+            (scene, mesh, id)
+        };
+        let (mut measured, _, measured_id) = scene_of(hierarchy);
+        let (mut later, mesh, id) = scene_of(&unmeasured(hierarchy.clone()));
+        let mut selector = Selector::default();
+        let in_full = select(&mut later, &mut selector, id);
+        assert!(later.replace_table(mesh, GroupTable::new(hierarchy)));
+        let cut = select(&mut later, &mut selector, id);
+        assert!(cut != in_full);
+        assert_eq!(
+            cut,
+            select(&mut measured, &mut Selector::default(), measured_id)
+        );
+        // Other levels would not fit what is drawn.
+        assert!(!later.replace_table(mesh, GroupTable::new(&hierarchies()[0])));
+    }
 }

@@ -129,14 +129,14 @@ fn posed_levels_look_like_posed_source() {
     let Some(mut show) = Show::new(tube(), true) else {
         return;
     };
-    let source_at_rest = mask(&show.shoot(FieldLodCamera::at_level(SOURCE)));
-    show.pose(1.1, 0.6);
-    let source = show.shoot(FieldLodCamera::at_level(SOURCE));
     // The first guarantee measures deviations.
     show.shoot(FieldLodCamera::guaranteed(1.0));
     show.stage.run_until("deviations are measured", |stage| {
         stage.app.world().resource::<FieldLodProgress>().baking == 0
     });
+    let source_at_rest = mask(&show.shoot(FieldLodCamera::at_level(SOURCE)));
+    show.pose(1.1, 0.6);
+    let source = show.shoot(FieldLodCamera::at_level(SOURCE));
     let promised = show.shoot(FieldLodCamera::guaranteed(1.0));
     assert!(show.level() > Some(SOURCE));
     let coarse = show.shoot(FieldLodCamera::at_level(COARSE));

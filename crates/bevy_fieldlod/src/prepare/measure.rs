@@ -1,83 +1,18 @@
 //! Measures the deviations of levels that were baked without them.
 //!
-//! Two thirds of a bake of a static mesh measure deviations, which only cameras with a guarantee read. So bakes at run
-//! time measure none until there is such a camera. Meshes that are ready by then are baked again in the background. The
-//! levels are the same, so that other cameras see no change.
-
-use std::sync::Arc;
+//! Deviations take half or more of the bake of most static meshes, and only cameras with a guarantee read them. So bakes
+//! at run time measure none until there is such a camera. Meshes that are ready by then are baked again in the
+//! background. The levels are the same, so that other cameras see no change.
 
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
-use bevy::tasks::{Task, block_on, poll_once};
 
-use super::job::PreparedMesh;
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes, NotStarted};
-use crate::api::events::{LodError, asset_name};
+use super::measuring::{MeasureTask, warn_of_unmeasured};
 use crate::api::settings::FieldLodCamera;
-use crate::scene::lod_mesh::{LodMesh, LodObject};
+use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
-
-/// Levels without measured deviations, once these are needed.
-#[derive(Default)]
-pub(super) struct Measuring {
-    /// Whether there was a camera with a guarantee.
-    pub(super) is_needed: bool,
-    /// Those that are not started.
-    waiting: Vec<(AssetId<Mesh>, Arc<LodMesh>)>,
-    running: Vec<MeasureTask>,
-}
-
-struct MeasureTask {
-    mesh: AssetId<Mesh>,
-    levels: Arc<LodMesh>,
-    task: Task<Result<PreparedMesh, LodError>>,
-    triangles: u32,
-}
-
-impl Measuring {
-    /// Adds levels, if deviations are needed and they have none.
-    pub(super) fn add(&mut self, mesh: AssetId<Mesh>, levels: &Arc<LodMesh>) {
-        if self.is_needed && !levels.is_measured {
-            self.waiting.push((mesh, levels.clone()));
-        }
-    }
-
-    /// Drops the levels of a mesh.
-    pub(super) fn drop_levels(&mut self, mesh: AssetId<Mesh>) {
-        self.waiting.retain(|(of, _)| *of != mesh);
-        self.running.retain(|measured| measured.mesh != mesh);
-    }
-
-    /// The triangles of each mesh that is being measured.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = u32> {
-        self.running.iter().map(|measured| measured.triangles)
-    }
-
-    /// Gives levels the deviations that were measured.
-    pub(super) fn collect(&mut self, scene: &mut LodScene, assets: &AssetServer) {
-        self.running.retain_mut(|measured| {
-            let Some(result) = block_on(poll_once(&mut measured.task)) else {
-                return true;
-            };
-            let id = measured.levels.id;
-            let is_replaced = result.is_ok_and(|prepared| {
-                prepared.is_measured && scene.scene.replace_table(id, prepared.table)
-            });
-            if !is_replaced {
-                warn_of_unmeasured(assets, measured.mesh);
-            }
-            false
-        });
-    }
-}
-
-fn warn_of_unmeasured(assets: &AssetServer, mesh: AssetId<Mesh>) {
-    let name = asset_name(assets, mesh);
-    warn!(
-        "{name} has no measured deviations, which `displacement_px` needs; drawing its source mesh"
-    );
-}
 
 /// Whether the first camera with a guarantee is new.
 pub(super) fn is_first_guarantee(cameras: Query<&FieldLodCamera>, known: Res<LodMeshes>) -> bool {

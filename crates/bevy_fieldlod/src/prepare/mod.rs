@@ -7,9 +7,11 @@
 mod bake;
 mod changing;
 mod collect;
+mod in_preparation;
 mod job;
 mod lookup;
 mod measure;
+mod measuring;
 mod objects;
 mod restart;
 mod sidecar;

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use fieldlod_hierarchy::{CLUSTERS_FROM_TRIANGLES, Hierarchy};
+use fieldlod_hierarchy::Hierarchy;
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -40,8 +40,7 @@ struct Fronts {
 }
 
 /// Checks that no level shows a surface in front of a thin layer that covers it in the source. The meshes share one
-/// space and are drawn by one camera, each at its own level. Those that are drawn as units do not count: only levels of
-/// whole meshes keep layers in front. Returns the largest share of a layer's pixels that are lost.
+/// space and are drawn by one camera, each at its own level. Returns the largest share of a layer's pixels that are lost.
 ///
 /// # Errors
 /// [`VerifyError::Layer`] if the share exceeds [`VerifySettings::swallowed_pixels`].
@@ -72,7 +71,7 @@ pub fn swallowed_share(parts: &[(&SourceMesh, &Hierarchy)], side: usize) -> f32 
 }
 
 struct Scene<'a> {
-    parts: Vec<(&'a SourceMesh, &'a Hierarchy)>,
+    parts: &'a [(&'a SourceMesh, &'a Hierarchy)],
     components: Vec<Components>,
     frame: Frame,
     source: Vec<Tagged>,
@@ -80,9 +79,7 @@ struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     /// `None` without two components and an extent.
-    fn of(parts: &[(&'a SourceMesh, &'a Hierarchy)]) -> Option<Self> {
-        let whole = parts.iter().filter(|(_, own)| is_drawn_whole(own));
-        let parts: Vec<(&SourceMesh, &Hierarchy)> = whole.copied().collect();
+    fn of(parts: &'a [(&'a SourceMesh, &'a Hierarchy)]) -> Option<Self> {
         let mut first = 0;
         let components = parts.iter().map(|(mesh, _)| {
             let own = Components::of(mesh, first);
@@ -179,11 +176,6 @@ impl<'a> Scene<'a> {
         }
         fronts
     }
-}
-
-fn is_drawn_whole(hierarchy: &Hierarchy) -> bool {
-    hierarchy.is_chain_of_whole_meshes()
-        || hierarchy.source_triangle_count() < u64::from(CLUSTERS_FROM_TRIANGLES)
 }
 
 /// For each layer and the surface behind it, the pixels of the source, and those that the level loses.

@@ -229,15 +229,33 @@ impl SourceSurface {
         }
     }
 
-    /// The largest distance of a corner or a centre of the simplified triangles from the source.
-    pub(crate) fn farthest_of(&self, simplified: &Simplified) -> f32 {
+    /// The two-sided distance at vertices: the largest distance of the corners and centres of the simplified triangles
+    /// from the source, and of the vertices of the consumed surface from the simplified triangles.
+    pub(crate) fn distance_at_vertices(
+        &self,
+        part: &[Cluster],
+        vertices: &LevelVertices,
+        simplified: &Simplified,
+    ) -> f32 {
         let (triangles, _) = simplified.corners.as_chunks::<3>();
-        let points = triangles.iter().flat_map(|triangle| {
-            let [a, b, c] = triangle.map(|own| self.position(simplified, own));
-            [a, b, c, (a + b + c) / 3.0]
-        });
-        let nearest = points.filter_map(|point| self.target.surface.nearest(point));
-        nearest
+        let corners = triangles.iter();
+        let corners = corners.map(|triangle| triangle.map(|own| self.position(simplified, own)));
+        let corners: Vec<[Vec3; 3]> = corners.collect();
+        let simplified = TriangleTree::new(corners.iter().copied());
+        let points = corners.iter();
+        let points = points.flat_map(|&[a, b, c]| [a, b, c, (a + b + c) / 3.0]);
+        let consumed: FxHashSet<u32> = part
+            .iter()
+            .flat_map(|cluster| cluster.corners.iter().copied())
+            .collect();
+        let consumed = consumed
+            .iter()
+            .map(|&vertex| Vec3::from(vertices.positions[vertex as usize]) - self.offset);
+        let to_source = points.filter_map(|point| self.target.surface.nearest(point));
+        let to_simplified = consumed.filter_map(|point| simplified.nearest(point));
+        let distances = to_source.chain(to_simplified);
+        // The largest of them does not depend on their order.
+        distances
             .map(|found| found.distance_squared)
             .fold(0.0, f32::max)
             .sqrt()

@@ -17,10 +17,10 @@ use crate::plants::plant::PlantLevel;
 /// models show dark triangles; with zero, many groups are stuck. Half and twice the share make no difference on nine
 /// props.
 const MAX_FLIPPED_SHARE: f32 = 0.003;
-/// A triangle faces the source where the source is at most this many times as far away as from the farthest corner or
-/// centre of the simplified surface. At 1, a helmet takes twice as long because more attempts fail; at 2, a level of a
-/// shader ball faces away.
-const FACING_REACH: f32 = 1.5;
+/// A triangle faces the source where the source is at most this many times as far away as the simplified surface is from
+/// the source. At 1.25, a level of a shader ball faces away. The part of the distance from the source to the simplified
+/// surface matters: without it, no factor holds both for the shader ball and for a knot with rounded vertices.
+const FACING_REACH: f32 = 1.1;
 
 /// Groups and settings of one level.
 pub(crate) struct LevelStep<'a> {
@@ -143,7 +143,10 @@ impl LevelStep<'_> {
     ) -> Option<Accepted> {
         self.plant.fit_covered_area(task, &mut simplified);
         // Levels do not depend on deviations, which may be measured later.
-        let reach = FACING_REACH * self.source.farthest_of(&simplified);
+        let distance = self
+            .source
+            .distance_at_vertices(part, self.vertices, &simplified);
+        let reach = FACING_REACH * distance;
         if self.source.flipped_share(&simplified, reach) > MAX_FLIPPED_SHARE {
             return None;
         }

@@ -43,6 +43,11 @@ fn with_two_uvs(mesh: impl Into<Mesh>) -> Mesh {
     mesh.with_inserted_attribute(Mesh::ATTRIBUTE_UV_1, uvs)
 }
 
+fn with_colors(mesh: Mesh) -> Mesh {
+    let colors = vec![[0.9, 0.6, 0.3, 1.0]; mesh.count_vertices()];
+    mesh.with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, colors)
+}
+
 impl Show {
     fn new(swaps: bool, gpu_culling: bool) -> Option<Self> {
         let mut stage = Stage::unfinished()?;
@@ -52,7 +57,8 @@ impl Show {
         let meshes = [
             stage.add(with_two_uvs(Sphere::new(0.8).mesh().ico(5).unwrap())),
             stage.add(with_two_uvs(Cuboid::new(0.9, 1.5, 0.9))),
-            stage.add(with_two_uvs(Cone::new(0.8, 1.4))),
+            // It has pipelines of its own.
+            stage.add(with_colors(with_two_uvs(Cone::new(0.8, 1.4)))),
         ];
         let materials = [
             StandardMaterial::from(Color::srgb(0.8, 0.5, 0.3)),

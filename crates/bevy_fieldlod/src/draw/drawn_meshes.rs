@@ -3,7 +3,9 @@
 //! Bevy extracts mesh entities, then looks up where their meshes lie in the buffers of the GPU. Between these steps,
 //! the id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
 //! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
-//! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities.
+//! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities. If
+//! both meshes have the same pipelines, it is added after pipelines were chosen: choosing one in each view costs more
+//! than the rest of a change.
 //!
 //! Skins and morph weights belong to the entity and stay. Morph targets belong to the mesh.
 
@@ -73,6 +75,8 @@ struct OtherMeshes {
     meshes: MainEntityHashMap<AssetId<Mesh>>,
     /// Whether the mesh of some entity changed in this frame.
     any_changed: bool,
+    /// Entities that keep their pipelines and are to be sorted into batches again.
+    to_sort: Vec<MainEntity>,
 }
 
 /// Draws other meshes, if there is a renderer.
@@ -93,10 +97,14 @@ pub(crate) fn plugin(app: &mut App) {
         let any_changed = |others: Res<OtherMeshes>| others.any_changed;
         render_app.add_systems(
             Render,
-            update_morph_descriptors
-                .run_if(any_changed)
-                .after(collect_meshes_for_gpu_building)
-                .in_set(RenderSystems::PrepareMeshes),
+            (
+                update_morph_descriptors
+                    .run_if(any_changed)
+                    .after(collect_meshes_for_gpu_building)
+                    .in_set(RenderSystems::PrepareMeshes),
+                // Between the choice of pipelines and the sorting into batches.
+                sort_again.in_set(RenderSystems::PrepareViews),
+            ),
         );
     }
     app.insert_resource(drawn);
@@ -105,7 +113,8 @@ pub(crate) fn plugin(app: &mut App) {
 /// Applies the queue, and adds its entities to Bevy's lists of changed entities.
 fn extract_changes(
     changes: Extract<Res<DrawnMeshes>>,
-    entities: Extract<Query<(), With<Mesh3d>>>,
+    entities: Extract<Query<&Mesh3d>>,
+    meshes: Res<RenderAssets<RenderMesh>>,
     mut others: ResMut<OtherMeshes>,
     mut to_extract: Option<ResMut<MeshesToReextractNextFrame>>,
     mut to_bin: ResMut<DirtySpecializations>,
@@ -118,28 +127,49 @@ fn extract_changes(
         .flat_map(|changes| changes.drain(..))
     {
         others.any_changed = true;
-        let is_there = entities.contains(entity);
+        let source = entities.get(entity);
         let entity = MainEntity::from(entity);
-        match change {
-            Change::Draw(Some(mesh)) if is_there => {
-                others.meshes.insert(entity, mesh);
+        let Ok(source) = source else {
+            // Bevy would never remove the instance of a despawned entity that is in `to_extract`.
+            others.meshes.remove(&entity);
+            continue;
+        };
+        let keeps_pipelines = match change {
+            Change::ExtractAgain => false,
+            Change::Draw(mesh) => {
+                let last = match mesh {
+                    Some(mesh) => others.meshes.insert(entity, mesh),
+                    None => others.meshes.remove(&entity),
+                };
+                let of_source = source.id();
+                have_same_pipelines(&meshes, [last, mesh].map(|mesh| mesh.unwrap_or(of_source)))
             }
-            Change::ExtractAgain if is_there => {}
-            _ => {
-                others.meshes.remove(&entity);
-            }
+        };
+        // Despite its name, Bevy reads the list in this frame. It is missing where the CPU builds instances, since
+        // all entities are extracted in each frame there.
+        if let Some(to_extract) = &mut to_extract {
+            to_extract.insert(entity);
         }
-        // Bevy would never remove the instance of a despawned entity that is in `to_extract`.
-        if is_there {
-            // Despite its name, Bevy reads the list in this frame. It is missing where the CPU builds instances, since
-            // all entities are extracted in each frame there.
-            if let Some(to_extract) = &mut to_extract {
-                to_extract.insert(entity);
-            }
+        if keeps_pipelines {
+            others.to_sort.push(entity);
+        } else {
             to_bin.changed_renderables.insert(entity);
-            wireframes_to_bin.changed_renderables.insert(entity);
         }
+        wireframes_to_bin.changed_renderables.insert(entity);
     }
+}
+
+/// Whether two meshes are drawn with the same pipelines. Meshes that are not on the GPU have none yet.
+fn have_same_pipelines(meshes: &RenderAssets<RenderMesh>, ids: [AssetId<Mesh>; 2]) -> bool {
+    match ids.map(|id| meshes.get(id)) {
+        [Some(a), Some(b)] => a.key_bits.bits() == b.key_bits.bits() && a.layout == b.layout,
+        _ => false,
+    }
+}
+
+/// Lets Bevy sort entities into batches again.
+fn sort_again(mut others: ResMut<OtherMeshes>, mut to_bin: ResMut<DirtySpecializations>) {
+    to_bin.changed_renderables.extend(others.to_sort.drain(..));
 }
 
 /// Replaces the mesh ids of the instances that were extracted in this frame.

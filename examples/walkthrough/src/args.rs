@@ -56,10 +56,6 @@ pub(crate) struct Args {
     #[arg(long)]
     pub(crate) split: bool,
 
-    /// Show the scene at night, with moon and lamps.
-    #[arg(long)]
-    pub(crate) night: bool,
-
     /// Paint each level of detail in its own colour.
     #[arg(long)]
     pub(crate) levels: bool,

@@ -18,7 +18,7 @@ pub(crate) struct MainCamera;
 #[derive(Component)]
 pub(crate) struct FullDetailCamera;
 
-/// Options of the picture. Keys change error, split and night.
+/// Options of the picture. Keys change error and split.
 #[derive(Resource, Clone, Copy, Debug)]
 pub(crate) struct ViewOptions {
     /// Largest screen-space error, in physical pixels.
@@ -29,8 +29,6 @@ pub(crate) struct ViewOptions {
     pub(crate) split: bool,
     /// Whether everything is drawn at full detail, without the plugin.
     pub(crate) plain: bool,
-    /// Whether moon and lamps light the scene instead of the sun.
-    pub(crate) night: bool,
 }
 
 /// The target of the cameras.

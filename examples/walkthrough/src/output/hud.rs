@@ -9,7 +9,7 @@ use crate::cameras::{FullDetailCamera, MainCamera, ViewOptions};
 use crate::quality::Quality;
 
 const HELP: &str = "WASD QE fly   right mouse look   wheel zoom   Shift fast   P path\n\
-                    L levels   F freeze   +/- pixel error   V split   N night   Esc quit";
+                    L levels   F freeze   +/- pixel error   V split   Esc quit";
 
 /// The panel of numbers.
 #[derive(Component)]

@@ -47,7 +47,6 @@ fn switch(
         match key {
             KeyCode::KeyL => debug.color_levels = !debug.color_levels,
             KeyCode::KeyF => debug.freeze = !debug.freeze,
-            KeyCode::KeyN => options.night = !options.night,
             KeyCode::KeyV => options.split = !options.split,
             KeyCode::Equal | KeyCode::NumpadAdd => {
                 options.error_px = (options.error_px * SQRT_2).min(1e3);

@@ -21,7 +21,6 @@ pub(crate) fn place_all(vegetation: f32) -> Vec<Placed> {
     scene.extend(temple());
     scene.extend(tomb());
     scene.extend(fallen_drums());
-    scene.extend(lamps());
     scene.extend(rocks(&path));
     scene.extend(woods::grow(&path, vegetation));
     scene
@@ -124,13 +123,6 @@ fn tomb() -> impl Iterator<Item = Placed> {
     });
     let knot = Placed::at_height(ShapeId::Knot, TOMB, height, -FRAC_PI_2, 1.5);
     columns.chain([knot])
-}
-
-/// Fire bowls beside the avenue and on the plaza. They burn at night.
-pub(crate) fn lamps() -> impl Iterator<Item = Placed> {
-    let spots = [(3.9, 47.0), (-3.9, 23.0), (8.8, -9.0), (-8.6, -27.5)];
-    let stand = |(x, z)| Placed::on_ground(ShapeId::Lamp, Vec2::new(x, z), 0.0, 1.0);
-    spots.into_iter().map(stand)
 }
 
 const FALLEN_DRUMS: [Vec2; 10] = [

@@ -1,7 +1,6 @@
 //! The scene as Bevy entities.
 
 mod ground_texture;
-mod lamps;
 mod layout;
 pub(crate) mod models;
 mod placed;
@@ -79,7 +78,6 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             visible_flux: args.visible_flux,
             split: args.split,
             plain: args.plain,
-            night: args.night,
         })
         .insert_resource(Models {
             files: args.models.clone(),
@@ -97,7 +95,6 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             FieldLodPlugin,
             FieldLodDebugPlugin,
             sky::plugin,
-            lamps::plugin,
             cameras::plugin,
             models::plugin,
         ))

@@ -1,7 +1,6 @@
 //! The generated shapes of the scene. Every call gives the same triangles.
 
 mod column;
-pub(crate) mod lamp;
 mod leaves;
 mod mesh;
 mod rock;
@@ -44,13 +43,11 @@ pub(crate) enum ShapeId {
     Tuft,
     /// A stone, about 1 m in radius. The scene scales it down.
     Stone,
-    /// A fire bowl on a stand, 2.3 m tall.
-    Lamp,
 }
 
 impl ShapeId {
     /// All shapes, the slowest to generate first.
-    pub(crate) const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 17] = [
         Self::Terrain,
         Self::SeatedFigure,
         Self::Knot,
@@ -65,7 +62,6 @@ impl ShapeId {
         Self::Pine(0),
         Self::Pine(1),
         Self::Cypress,
-        Self::Lamp,
         Self::Bush,
         Self::Tuft,
         Self::Stone,
@@ -87,7 +83,6 @@ impl ShapeId {
             Self::Bush => undergrowth::bush(),
             Self::Tuft => undergrowth::tuft(),
             Self::Stone => rock::stone(),
-            Self::Lamp => lamp::lamp(),
         }
     }
 }

@@ -68,7 +68,7 @@ fn color(position: Vec3, normal: Vec3, seed: u32) -> Vec3 {
 }
 
 /// A unit sphere from an icosahedron, with welded vertices. Each edge has n = `edge_parts` parts: 20 · n² triangles.
-pub(super) fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
+fn icosphere(edge_parts: u32) -> (Vec<Vec3>, Vec<u32>) {
     // Bevy counts the vertices between the ends of an edge.
     let sphere = Sphere::new(1.0).mesh().ico(edge_parts - 1);
     let sphere = sphere.expect("spheres this coarse have few enough vertices");

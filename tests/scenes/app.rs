@@ -212,6 +212,12 @@ impl SceneApp {
         FrameTimes::of_update(&mut self.stage.app)
     }
 
+    /// Whether the renderer has stopped after an error.
+    #[must_use]
+    pub fn has_stopped(&self) -> bool {
+        self.stage.app.should_exit().is_some()
+    }
+
     /// One frame. Returns its time with the wait for the GPU, and its parts on the CPU.
     pub fn draw(&mut self) -> (Duration, FrameTimes) {
         let start = Instant::now();
@@ -222,16 +228,12 @@ impl SceneApp {
         (start.elapsed(), parts)
     }
 
-    /// A picture at each of these distances along the path, in metres. Cars stand at their starts.
+    /// A picture at each of these distances along the path, in metres.
     pub fn pictures(&mut self, metres: &[f32]) -> Vec<RgbaImage> {
-        self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
-        let pictures = metres.iter().map(|&metres| self.picture(metres)).collect();
-        self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
+        let pictures = metres.iter();
         pictures
-    }
-
-    fn picture(&mut self, metres: f32) -> RgbaImage {
-        self.picture_from((self.path)(metres))
+            .map(|&metres| self.picture_from((self.path)(metres)))
+            .collect()
     }
 
     /// A picture from a pose.
@@ -239,10 +241,12 @@ impl SceneApp {
         self.picture_and_triangles(pose).0
     }
 
-    /// A picture from a pose, and the [triangles](Self::triangles) of its frame.
+    /// A picture from a pose, and the [triangles](Self::triangles) of its frame. Cars stand at their starts.
     pub fn picture_and_triangles(&mut self, pose: Transform) -> (RgbaImage, u64) {
         self.stage.insert(self.eye.entity, pose);
+        self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
         let pending = self.stage.draw(&self.eye);
+        self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
         let triangles = self.triangles();
         // The picture arrives some frames later. They show the sky, which takes a software adapter no time.
         let up = Transform::from_translation(pose.translation).looking_to(Vec3::Y, Vec3::X);

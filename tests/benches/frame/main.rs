@@ -109,6 +109,10 @@ fn print_times(apps: &mut [(&str, SceneApp)]) {
         "", "triangles", "entities", "mesh MB"
     );
     for ((name, app), times) in apps.iter_mut().zip(&times) {
+        if app.has_stopped() {
+            println!("{name:<22}the renderer has stopped, for example at a limit of the adapter");
+            continue;
+        }
         app.go_to(0.0);
         app.frame();
         let (triangles, megabytes) = (app.triangles(), app.mesh_bytes() as f64 * 1e-6);

@@ -486,6 +486,40 @@ fn triangle_budget_ignores_hidden_objects() {
 }
 
 #[test]
+fn objects_outside_get_coarser_over_some_frames() {
+    let (mut app, camera, rock) = before_a_camera(4, 30.0);
+    // Source meshes do not wait.
+    let seen = level(&mut app, rock, camera).unwrap();
+    assert!(seen > 0);
+    let mesh = app.world().get::<Mesh3d>(rock).unwrap().clone();
+    let copies = (0..99).map(|_| (mesh.clone(), AutoLod::default()));
+    let copies: Vec<Entity> = app.world_mut().spawn_batch(copies).collect();
+    ready(&mut app, 100);
+    let turn = |app: &mut App| {
+        let mut pose = app.world_mut().get_mut::<Transform>(camera).unwrap();
+        pose.rotate_y(std::f32::consts::PI);
+        app.update();
+    };
+    let seen_ones = |app: &mut App| {
+        let levels = copies.iter().map(|rock| level(app, *rock, camera));
+        levels.filter(|level| *level == Some(seen)).count()
+    };
+    assert_eq!(seen_ones(&mut app), 99);
+    turn(&mut app);
+    let left: Vec<usize> = (0..4)
+        .map(|_| {
+            let left = seen_ones(&mut app);
+            app.update();
+            left
+        })
+        .collect();
+    assert!(left[0] >= 60 && left.is_sorted_by(|a, b| a > b), "{left:?}");
+    assert_eq!(left[3], 0);
+    turn(&mut app);
+    assert_eq!(seen_ones(&mut app), 99);
+}
+
+#[test]
 fn shown_object_has_its_level_at_once() {
     let (mut app, camera, shown) = before_a_camera(4, 500.0);
     let hidden = spawn_rock(&mut app, 4);

@@ -30,6 +30,8 @@ pub(crate) struct LodScene {
     pub(crate) idle_units: VecDeque<(u32, u32)>,
     /// Indices of instances whose whole mesh may need another level.
     pub(crate) whole_meshes_to_swap: Vec<u32>,
+    /// Indices of instances outside all views whose whole mesh may get a coarser level.
+    pub(crate) coarser_outside: VecDeque<u32>,
     /// Indexed by [`InstanceId::index`].
     instances: Vec<Option<LodInstance>>,
     instance_of: EntityHashMap<InstanceId>,
@@ -58,6 +60,8 @@ pub(crate) struct LodInstance {
     shown_on: u64,
     /// The level that the entity itself draws as a whole mesh; `None` if units draw it.
     pub(crate) level: Option<u32>,
+    /// Whether it is in [`LodScene::coarser_outside`].
+    coarsens_later: bool,
     /// Units with a draw record, in ascending order, each with its record.
     pub(crate) units: Vec<(u32, u32)>,
 }
@@ -135,6 +139,7 @@ impl LodScene {
             layers,
             shown_on,
             level,
+            coarsens_later: false,
             units: Vec::new(),
         });
         self.instance_of.insert(entity, id);
@@ -245,6 +250,34 @@ impl LodScene {
     #[cfg(feature = "debug")]
     pub(crate) fn instances(&self) -> impl Iterator<Item = &LodInstance> {
         self.instances.iter().flatten()
+    }
+
+    /// Whether a whole mesh is drawn at a finer level than `wanted`. New instances are drawn at the finest level, which
+    /// no view may have wanted: it does not count.
+    pub(crate) fn is_finer_than(&self, index: u32, wanted: Option<u32>) -> bool {
+        let level = self.instance(index).and_then(|one| one.level);
+        level > Some(0) && level < wanted
+    }
+
+    /// Queues a whole mesh outside all views for a coarser level.
+    pub(crate) fn coarsen_later(&mut self, index: u32) {
+        if let Some(instance) = &mut self.instances[index as usize]
+            && !std::mem::replace(&mut instance.coarsens_later, true)
+        {
+            self.coarser_outside.push_back(index);
+        }
+    }
+
+    /// The next whole meshes of the queue.
+    pub(crate) fn take_coarser(&mut self, most: usize) -> Vec<u32> {
+        let most = most.min(self.coarser_outside.len());
+        let next: Vec<u32> = self.coarser_outside.drain(..most).collect();
+        for &index in &next {
+            if let Some(instance) = &mut self.instances[index as usize] {
+                instance.coarsens_later = false;
+            }
+        }
+        next
     }
 
     /// Records the level that a whole mesh is drawn at.

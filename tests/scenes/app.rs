@@ -201,6 +201,16 @@ impl SceneApp {
         self.stage.insert(self.eye.entity, settings);
     }
 
+    /// Sets whether the camera of the plugin weighs errors by the visible shares of objects.
+    pub fn set_visible_flux(&mut self, is_on: bool) {
+        let mut camera = self.stage.app.world_mut().entity_mut(self.eye.entity);
+        if is_on {
+            camera.insert(FieldLodVisibleFlux);
+        } else {
+            camera.remove::<FieldLodVisibleFlux>();
+        }
+    }
+
     /// Moves the camera to its place after a number of metres.
     pub fn go_to(&mut self, metres: f32) {
         let pose = (self.path)(metres);

@@ -138,10 +138,10 @@ impl Scene {
         })
     }
 
-    /// The camera at the start of its path.
+    /// The camera after a number of metres of its path.
     #[must_use]
-    pub fn start(&self) -> Transform {
-        (self.path)(0.0)
+    pub fn pose(&self, metres: f32) -> Transform {
+        (self.path)(metres)
     }
 
     /// Triangles of all places at full detail, and of the props.

@@ -4,7 +4,6 @@
 //!   levels.
 //! - [`stability`] runs methods in cases in which users of other systems reported failures.
 //! - [`promise`] measures the guarantee from random cameras under random placements.
-//! - [`scenes`] compares triangles with and without visible flux in worlds of many instances.
 //! - [`characters`] measures the levels of skinned meshes in held-out animations.
 //! - [`props`] compares the levels of whole meshes with their sources, by size on screen.
 //!
@@ -27,5 +26,4 @@ pub mod object_view;
 pub mod promise;
 pub mod props;
 pub mod render;
-pub mod scenes;
 pub mod stability;

@@ -1,10 +1,10 @@
 //! How far are levels of detail, hand-made ranges and full detail from the truth, on the adapter at hand?
 //!
 //! `cargo bench -p fieldlod_tests --bench truth -- forest 60` draws 60 trees with radii of 3, 6, 12 and 24 pixels;
-//! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths. `--px 1,2,4` selects the
-//! thresholds of the plugin, and `--off` draws without multisampling instead of with four samples, Bevy's default. The
-//! distances of hand-made ranges have a common factor, at which their error from the truth is that of the plugin at its
-//! first threshold.
+//! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths, or after `--metres 0,40`.
+//! `--px 1,2,4` selects the thresholds of the plugin, and `--off` draws without multisampling instead of with four
+//! samples, Bevy's default. The distances of hand-made ranges have a common factor, at which their error from the truth is
+//! that of the plugin at its first threshold. `--flux` adds visible flux at the threshold with this error.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
 //! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
@@ -57,7 +57,10 @@ fn main() {
         let radii = list("--radii", "3,6,12,24");
         radii.into_iter().map(tree_at).collect()
     } else {
-        vec![("start".into(), scene.start())]
+        let metres = list("--metres", "0").into_iter();
+        metres
+            .map(|metres| (format!("{metres} m"), scene.pose(metres)))
+            .collect()
     };
     let Some(mut truth) = app(
         &scene,
@@ -87,8 +90,17 @@ fn main() {
             let name = format!("plugin, {px} px");
             errors.push(measure(&name, &place, &mut plugin, &poses, &truth).rmse);
         }
-        let factor = match_error(&mut ranges, errors[0], &poses[..1], &truth[..1]);
-        let name = format!("ranges × {factor:.2}");
+        if args.iter().any(|arg| arg == "--flux") {
+            plugin.set_visible_flux(true);
+            let set = SceneApp::set_error_px;
+            let px = match_error(&mut plugin, set, errors[0], &poses, &truth);
+            let name = format!("flux, {px:.2} px");
+            measure(&name, &place, &mut plugin, &poses, &truth);
+            plugin.set_visible_flux(false);
+        }
+        let set = |app: &mut SceneApp, distance: f32| app.scale_ranges(distance.recip());
+        let coarser = match_error(&mut ranges, set, errors[0], &poses[..1], &truth[..1]);
+        let name = format!("ranges × {:.2}", coarser.recip());
         measure(&name, &place, &mut ranges, &poses, &truth);
     }
 }
@@ -142,20 +154,27 @@ fn measure(
     errors
 }
 
-/// Scales the distances of hand-made levels to the least factor whose error is at most `wanted`. Returns the factor.
-fn match_error(app: &mut SceneApp, wanted: f64, poses: &[Transform], truth: &[Linear]) -> f32 {
-    let (mut near, mut far) = (0.02f32, 20.0f32);
+/// Sets the coarsest levels whose error is at most `wanted`. `set` makes levels coarser for larger factors. Returns the
+/// factor.
+fn match_error(
+    app: &mut SceneApp,
+    set: impl Fn(&mut SceneApp, f32),
+    wanted: f64,
+    poses: &[Transform],
+    truth: &[Linear],
+) -> f32 {
+    let (mut fine, mut coarse) = (0.05f32, 50.0f32);
     for _ in 0..SEARCH_STEPS {
-        let factor = (near * far).sqrt();
-        app.scale_ranges(factor);
+        let factor = (fine * coarse).sqrt();
+        set(app, factor);
         if rmse(&pictures(app, poses, 1).0, truth) > wanted {
-            near = factor;
+            coarse = factor;
         } else {
-            far = factor;
+            fine = factor;
         }
     }
-    app.scale_ranges(far);
-    far
+    set(app, fine);
+    fine
 }
 
 fn keep(picture: &Linear, place: &str, name: &str) {

@@ -6,7 +6,7 @@ use glam::Affine3A;
 
 use super::ERROR_PX;
 use crate::eye::Eye;
-use crate::render::{DrawnModel, Picture, PlacedUnits, RenderError, Renderer};
+use crate::render::{DrawnModel, Picture, RenderError, Renderer};
 
 /// The uploaded meshes of a prop. A mesh has one unit per level, unless a level has too many vertices for it.
 #[derive(Debug)]
@@ -111,10 +111,11 @@ impl Prop {
         eye: &Eye,
         units: &[Vec<u32>],
     ) -> Result<Picture, RenderError> {
-        let placed = self.models.iter().zip(units);
-        let placed = placed.map(|(model, units)| PlacedUnits::at_origin(model, units));
-        let placed: Vec<PlacedUnits<'_>> = placed.collect();
-        renderer.draw_scene(&placed, eye)
+        let models = self.models.iter().zip(units);
+        let models: Vec<(&DrawnModel, &[u32])> = models
+            .map(|(model, units)| (model, units.as_slice()))
+            .collect();
+        renderer.draw_together(&models, eye)
     }
 }
 

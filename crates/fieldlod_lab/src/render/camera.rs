@@ -2,12 +2,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use camera_field::Camera;
-use glam::{Affine3A, DAffine3, DMat4, DVec3, DVec4, UVec2, Vec2};
+use glam::{DMat4, DVec3, DVec4, UVec2, Vec2};
 
 use super::RenderError;
 use crate::eye::Eye;
 
-/// The shader's `View`, for one placement.
+/// The shader's `View`. Models stand at the origin: their local space is the world.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct Uniform {
@@ -24,8 +24,7 @@ const TO_LIGHT: DVec3 = DVec3::new(-0.5, 0.7, 0.5);
 pub(super) struct WorldView {
     /// Size of the picture.
     pub(super) size_px: UVec2,
-    clip_from_world: DMat4,
-    eye_in_world: DVec3,
+    pub(super) uniform: Uniform,
 }
 
 impl WorldView {
@@ -48,24 +47,14 @@ impl WorldView {
         let turn = DMat4::from_mat3(eye.camera_from_world());
         Ok(Self {
             size_px: intrinsics.image_px().round().as_uvec2().max(UVec2::ONE),
-            clip_from_world: clip_from_camera * turn * DMat4::from_translation(-position),
-            eye_in_world: position,
+            uniform: Uniform {
+                // Computed in double precision.
+                clip_from_local: (clip_from_camera * turn * DMat4::from_translation(-position))
+                    .as_mat4()
+                    .to_cols_array_2d(),
+                eye_in_local: position.extend(0.0).as_vec4().to_array(),
+                light_in_local: TO_LIGHT.normalize().as_vec3().extend(0.0).to_array(),
+            },
         })
-    }
-
-    /// The uniform of one placement, computed in double precision. The scale must be the same along all axes.
-    pub(super) fn of_place(&self, world_from_local: &Affine3A) -> Uniform {
-        let world_from_local =
-            DAffine3::from_cols_array(&world_from_local.to_cols_array().map(f64::from));
-        let local_from_world = world_from_local.inverse();
-        let eye = local_from_world.transform_point3(self.eye_in_world);
-        let light = local_from_world.transform_vector3(TO_LIGHT).normalize();
-        Uniform {
-            clip_from_local: (self.clip_from_world * world_from_local)
-                .as_mat4()
-                .to_cols_array_2d(),
-            eye_in_local: eye.extend(0.0).as_vec4().to_array(),
-            light_in_local: light.as_vec3().extend(0.0).to_array(),
-        }
     }
 }

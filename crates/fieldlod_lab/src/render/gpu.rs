@@ -9,7 +9,7 @@ use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::camera::{Uniform, WorldView};
-use super::model::{DrawnModel, PlacedUnits, Vertex};
+use super::model::{DrawnModel, Vertex};
 use super::picture::Picture;
 use super::target::{DEPTH_BUFFER, Target};
 use super::texture;
@@ -98,14 +98,18 @@ impl Renderer {
         eye: &Eye,
         units: &[u32],
     ) -> Result<Picture, RenderError> {
-        self.draw_scene(&[PlacedUnits::at_origin(model, units)], eye)
+        self.draw_together(&[(model, units)], eye)
     }
 
-    /// Draws units of many models.
+    /// Draws units of several models at the origin.
     ///
     /// # Errors
     /// The errors of [`Renderer::draw`].
-    pub fn draw_scene(&self, placed: &[PlacedUnits], eye: &Eye) -> Result<Picture, RenderError> {
+    pub fn draw_together(
+        &self,
+        models: &[(&DrawnModel, &[u32])],
+        eye: &Eye,
+    ) -> Result<Picture, RenderError> {
         let view = WorldView::new(eye)?;
         let size = view.size_px * SUPERSAMPLING;
         let mut last = self.targets.borrow_mut();
@@ -114,26 +118,25 @@ impl Renderer {
             _ => Targets::new(&self.device, size),
         };
         let targets = last.insert(targets);
-        self.submit(placed, &view, targets);
+        self.submit(models, &view, targets);
         let texels = targets.color.read(&self.device, &self.queue)?;
         Ok(Picture::of_texels(size, &texels))
     }
 
-    fn submit(&self, placed: &[PlacedUnits], view: &WorldView, targets: &Targets) {
-        // One uniform per placement, at multiples of the required alignment.
-        let alignment = self.device.limits().min_uniform_buffer_offset_alignment as usize;
-        let stride = size_of::<Uniform>().next_multiple_of(alignment);
-        let mut uniforms = vec![0; stride * placed.len().max(1)];
-        for (placed, bytes) in placed.iter().zip(uniforms.chunks_exact_mut(stride)) {
-            let uniform = view.of_place(&placed.world_from_local);
-            bytes[..size_of::<Uniform>()].copy_from_slice(bytemuck::bytes_of(&uniform));
-        }
-        let uniforms = self.device.create_buffer_init(&BufferInitDescriptor {
+    fn submit(&self, models: &[(&DrawnModel, &[u32])], view: &WorldView, targets: &Targets) {
+        let uniform = self.device.create_buffer_init(&BufferInitDescriptor {
             label: None,
-            contents: &uniforms,
+            contents: bytemuck::bytes_of(&view.uniform),
             usage: wgpu::BufferUsages::UNIFORM,
         });
-        let bindings = self.bindings(&uniforms);
+        let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: uniform.as_entire_binding(),
+            }],
+        });
         // One pass clears the targets and draws all models.
         let mut encoder = self
             .device
@@ -144,34 +147,17 @@ impl Renderer {
             ..wgpu::RenderPassDescriptor::default()
         });
         pass.set_pipeline(&self.pipeline);
-        for (index, placed) in placed.iter().enumerate() {
-            let model = placed.model;
-            pass.set_bind_group(0, &bindings, &[(index * stride) as u32]);
+        pass.set_bind_group(0, &bindings, &[]);
+        for (model, units) in models {
             pass.set_bind_group(1, &model.texture, &[]);
             pass.set_vertex_buffer(0, model.vertices.slice(..));
             pass.set_index_buffer(model.indices.slice(..), wgpu::IndexFormat::Uint32);
-            for &unit in placed.units {
+            for &unit in *units {
                 pass.draw_indexed(model.units[unit as usize].clone(), 0, 0..1);
             }
         }
         drop(pass);
         self.queue.submit([encoder.finish()]);
-    }
-
-    fn bindings(&self, uniforms: &wgpu::Buffer) -> wgpu::BindGroup {
-        let uniform = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-            buffer: uniforms,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<Uniform>() as u64),
-        });
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: uniform,
-            }],
-        })
     }
 }
 
@@ -185,7 +171,7 @@ impl Targets {
     }
 }
 
-/// The layout of one uniform at a dynamic offset.
+/// The layout of the uniform.
 fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
@@ -194,7 +180,7 @@ fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
             ty: wgpu::BindingType::Buffer {
                 ty: wgpu::BufferBindingType::Uniform,
-                has_dynamic_offset: true,
+                has_dynamic_offset: false,
                 min_binding_size: wgpu::BufferSize::new(size_of::<Uniform>() as u64),
             },
             count: None,

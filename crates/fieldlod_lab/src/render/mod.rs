@@ -21,7 +21,7 @@ mod texture;
 use thiserror::Error;
 
 pub use gpu::Renderer;
-pub use model::{DrawnModel, PlacedUnits};
+pub use model::DrawnModel;
 pub use picture::Picture;
 
 /// Texels per pixel along each axis. More texels give smoother edges, but the time grows with their square.

@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 use fieldlod_bake::Surface;
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::texture;
@@ -19,29 +19,6 @@ pub struct DrawnModel {
     pub(super) units: Vec<Range<u32>>,
     /// The base colour texture.
     pub(super) texture: wgpu::BindGroup,
-}
-
-/// Units of a model at a place in the world.
-#[derive(Clone, Copy, Debug)]
-pub struct PlacedUnits<'a> {
-    /// The model.
-    pub model: &'a DrawnModel,
-    /// The placement. Its scale must be the same along all axes.
-    pub world_from_local: Affine3A,
-    /// The units to draw.
-    pub units: &'a [u32],
-}
-
-impl<'a> PlacedUnits<'a> {
-    /// Units of a model at the origin.
-    #[must_use]
-    pub fn at_origin(model: &'a DrawnModel, units: &'a [u32]) -> Self {
-        Self {
-            model,
-            world_from_local: Affine3A::IDENTITY,
-            units,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

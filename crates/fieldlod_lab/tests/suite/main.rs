@@ -6,5 +6,4 @@ mod common;
 mod promise;
 mod props;
 mod render;
-mod scenes;
 mod stability;

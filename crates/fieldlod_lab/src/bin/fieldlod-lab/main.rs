@@ -8,7 +8,6 @@ mod characters;
 mod chart;
 mod models;
 mod props;
-mod scenes;
 mod stability;
 
 use std::process::ExitCode;
@@ -29,7 +28,6 @@ enum Command {
     Characters(characters::Arguments),
     Chart(chart::Arguments),
     Props(props::Arguments),
-    Scenes(scenes::Arguments),
     Stability(stability::Arguments),
 }
 
@@ -39,7 +37,6 @@ impl Command {
             Self::Characters(arguments) => characters::run(arguments),
             Self::Chart(arguments) => chart::run(arguments),
             Self::Props(arguments) => props::run(arguments),
-            Self::Scenes(arguments) => scenes::run(arguments),
             Self::Stability(arguments) => stability::run(arguments),
         }
     }

@@ -9,14 +9,14 @@
 //! or, at the coarsest level, if the sphere is outside the view. Every comparison has a margin for rounding and for the
 //! size of the sphere. The criterion would keep the cut of every instance that passes. NaN never passes.
 
-use camera_field::{Camera, FieldOfView};
+use camera_field::{Camera, FieldOfView, SeenSphere};
 use glam::{Mat3, Vec3};
 
 use super::limit_columns::EightLimits;
 use crate::criterion::limits::{Allowed, ErrorUnits};
 use crate::criterion::{PLACE_SLACK, ROUNDING};
 use crate::lanes::bits::{LANES, lane_bits, set_bits_of};
-use crate::lanes::{Eight, larger, smaller, with_avx2};
+use crate::lanes::{Eight, smaller, with_avx2};
 use crate::scene::columns::{EightSpheres, sphere_at};
 use crate::settings::{LodSettings, Offscreen, Thresholds};
 use crate::view::View;
@@ -38,10 +38,9 @@ struct LensTest {
     eye_slack: f32,
     camera_from_world: Mat3,
     is_orthographic: bool,
-    /// Sides of the view that groups enter, and of the wider view that refined groups leave.
+    /// The view that groups enter, and the wider view that refined groups leave.
+    views: [FieldOfView; 2],
     sides: [LensSides; 2],
-    /// Cosines of the widest corners of both views.
-    least_cosines: [f32; 2],
     scale: Scale,
     /// Scale of errors outside the view; `None` if they are 0.
     on_axis: Option<Scale>,
@@ -147,9 +146,8 @@ impl KeepTest {
             eye_slack: (view.eye_in_world.abs().element_sum()) * PLACE_SLACK,
             camera_from_world: view.camera_from_world * one,
             is_orthographic,
+            views: [&view.camera, &view.kept_camera].map(FieldOfView::of),
             sides: [&view.camera, &view.kept_camera].map(LensSides::of),
-            least_cosines: [&view.camera, &view.kept_camera]
-                .map(|camera| 1.0 / FieldOfView::of(camera).corner_secant),
             scale: Scale::new(&thresholds, per_unit),
             on_axis,
             counts_secant: [units.deviation > 0.0, !counts_error],
@@ -332,32 +330,27 @@ impl LensTest {
     /// It therefore has its own bound of errors that fit; the bound of errors that exceed is valid for both views.
     #[inline(always)]
     fn bounds(&self, width: usize, sighted: &Sighted) -> Bounds {
-        let (least_cosine, relaxation) = (self.least_cosines[width], self.least_relaxation);
         if self.is_orthographic {
             return Bounds {
                 in_view: [1.0; 2],
                 on_axis: [1.0; 2],
             };
         }
-        let (seen, radius, slack) = (sighted.seen, sighted.radius, sighted.slack);
-        let distance_squared = seen.dot(seen);
-        let distance = distance_squared.sqrt();
-        let gap = distance - radius;
-        // Cosine and depth of the criterion's extent.
-        let off_axis = (seen.x * seen.x + seen.y * seen.y).sqrt();
-        let tangent_length = (gap * (distance + radius)).sqrt();
-        let cosine = (seen.z * tangent_length - off_axis * radius) / distance_squared;
-        // Below the true cosine in spite of rounding, but not below that of the widest corner.
-        let cosine = larger(cosine - 1e-5, least_cosine);
-        let depth = larger(seen.z - radius, gap * cosine);
-        let (of_error, of_deviation) = (depth * cosine.sqrt(), depth * cosine);
+        let (radius, slack) = (sighted.radius, sighted.slack);
+        let (view, relaxation) = (&self.views[width], self.least_relaxation);
+        // Larger than the sphere of any group, so that the field's bounds are those of all groups.
+        let sphere = SeenSphere::new(sighted.seen, radius);
+        let over = view.over_sphere(&sphere, false);
+        let gap = sphere.distance - radius;
+        let of_error = over.depth / over.secant.sqrt();
+        let of_deviation = over.depth / over.secant;
         let [counts_most, counts_least] = self.counts_secant;
         let most = if counts_most { of_deviation } else { of_error };
         let least = if counts_least { of_deviation } else { of_error };
         // The radius here exceeds the instance's by at most the excess. The bound may be too low by 4 to 6 times the
         // excess over the gap.
         let excess = radius * 0.002 + slack * 2.0;
-        let rest = (gap - excess * (6.0 / least_cosine)) * relaxation;
+        let rest = (gap - excess * (6.0 * view.corner_secant)) * relaxation;
         let least = least * gap / rest;
         Bounds {
             in_view: [
@@ -365,7 +358,7 @@ impl LensTest {
                 if gap > 0.0 { most } else { f32::NEG_INFINITY },
                 if rest > 0.0 { least } else { f32::INFINITY },
             ],
-            on_axis: [gap, (distance * ROUNDING + slack) / relaxation],
+            on_axis: [gap, (sphere.distance * ROUNDING + slack) / relaxation],
         }
     }
 }

@@ -36,7 +36,7 @@
 //!
 //! # Three kinds of meshes
 //! The number of triangles selects one of three kinds ([`LodKind`]):
-//! - Small meshes have no levels.
+//! - Meshes of fewer than 100 triangles have no levels.
 //! - Props are drawn as *whole meshes*: the renderer draws the mesh of the current level in place of the entity's
 //!   [`Mesh3d`]. The component does not change, and Bevy still batches instances of a level. All views draw the finest
 //!   level that any view needs.

@@ -48,9 +48,9 @@ pub struct FieldLodAppConfig {
     pub bake_at_run_time: bool,
     /// Settings of bakes at run time, unless [`AutoLod::bake`](crate::AutoLod::bake) overrides them.
     ///
-    /// Deviations, which take half or more of the bake of most static meshes, are measured only once there is a camera with a
-    /// limit of the [displacement](crate::FieldLodCamera::displacement_px). Meshes that are ready by then are baked
-    /// again in the background: until then, this camera draws their source meshes, and others their levels.
+    /// Deviations, which take half or more of the bake of most static meshes, are measured only once there is a camera
+    /// with a limit of the [displacement](crate::FieldLodCamera::displacement_px). Meshes that are ready by then are
+    /// baked again in the background: until then, this camera draws their source meshes, and others their levels.
     /// [`AutoLod::bake`](crate::AutoLod::bake) measures at once.
     #[cfg(feature = "bake")]
     #[reflect(ignore)]

@@ -4,8 +4,8 @@
 //! the id of the other mesh replaces the id of the entity's mesh. All passes then draw it, with the entity's material,
 //! lightmap, tag, layers and last transform. Bevy extracts an entity and sorts it into a batch again only if one of its
 //! components changed. An entity whose drawn mesh changes is therefore added to Bevy's lists of changed entities. If
-//! both meshes have the same pipelines, it is added after pipelines were chosen: choosing one in each view costs more
-//! than the rest of a change.
+//! both meshes have the same pipelines, it is added after pipelines were chosen, since each view would choose the same
+//! one again.
 //!
 //! Skins and morph weights belong to the entity and stay. Morph targets belong to the mesh.
 

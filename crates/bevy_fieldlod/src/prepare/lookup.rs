@@ -16,7 +16,7 @@ use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedBake, Rigge
 use super::changing::ChangingMeshes;
 use super::in_preparation::InPreparation;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
-use super::measuring::Measuring;
+use super::measure::measuring::Measuring;
 use super::sidecar::SidecarFiles;
 use super::source_arrays::{place_in_gltf, primitives_together, triangle_count};
 use super::threads::{PrepareThreads, Threads};

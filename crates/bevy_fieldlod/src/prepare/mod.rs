@@ -11,7 +11,6 @@ mod in_preparation;
 mod job;
 mod lookup;
 mod measure;
-mod measuring;
 mod objects;
 mod restart;
 mod sidecar;

@@ -4,15 +4,17 @@
 //! at run time measure none until there is such a camera. Meshes that are ready by then are baked again in the
 //! background. The levels are the same, so that other cameras see no change.
 
+pub(super) mod measuring;
+
 use bevy::asset::AssetId;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes, NotStarted};
-use super::measuring::{MeasureTask, warn_of_unmeasured};
 use crate::api::settings::FieldLodCamera;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
+use measuring::{MeasureTask, warn_of_unmeasured};
 
 /// Whether the first camera with a guarantee is new.
 pub(super) fn is_first_guarantee(cameras: Query<&FieldLodCamera>, known: Res<LodMeshes>) -> bool {

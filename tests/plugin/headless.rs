@@ -134,7 +134,7 @@ fn minimal(assets: AssetPlugin) -> App {
 
 fn add_plugin(app: &mut App) {
     listen();
-    app.add_plugins(FieldLodPlugin)
+    app.add_plugins((FieldLodPlugin, FieldLodVisibleFluxPlugin))
         .init_resource::<Events>()
         .init_resource::<Failures>()
         .add_observer(note_failure)

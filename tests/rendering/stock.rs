@@ -53,6 +53,7 @@ fn stage_with_rows(third: OpaqueRendererMethod) -> Option<Stage> {
     stage.app.add_plugins((
         MaterialPlugin::<Stripes>::default(),
         MaterialPlugin::<Extended>::default(),
+        FieldLodVisibleFluxPlugin,
     ));
     stage.finish();
     let mut shaders = stage.app.world_mut().resource_mut::<Assets<Shader>>();

@@ -53,7 +53,7 @@
 //! resolution, scale and position in the image.
 //!
 //! # Opt-in
-//! - [`FieldLodVisibleFlux`] on a camera: hidden objects are drawn coarser.
+//! - [`FieldLodVisibleFluxPlugin`], and [`FieldLodVisibleFlux`] on a camera: hidden objects are drawn coarser.
 //! - [`LodMesh3d`] with a `.fieldpages` file: a world that is larger than the memory is read in parts.
 //! - [`LodLevels`]: the levels that cameras draw, for example to animate distant characters less often.
 //!
@@ -116,8 +116,8 @@ pub mod prelude {
     pub use crate::{
         AdvancedAppConfig, AdvancedCamera, AutoLod, BakedLods, FieldLodAppConfig, FieldLodAppExt,
         FieldLodCamera, FieldLodEvent, FieldLodMemory, FieldLodPlugin, FieldLodProgress,
-        FieldLodViewStats, FieldLodVisibleFlux, LodFailed, LodKind, LodLevels, LodMemory,
-        LodMesh3d, LodPriority, LodReady, LodState, NoLod,
+        FieldLodViewStats, FieldLodVisibleFlux, FieldLodVisibleFluxPlugin, LodFailed, LodKind,
+        LodLevels, LodMemory, LodMesh3d, LodPriority, LodReady, LodState, NoLod,
     };
 }
 
@@ -157,7 +157,6 @@ impl PluginGroup for FieldLodPlugin {
         PluginGroupBuilder::start::<Self>()
             .add(FieldLodCorePlugin)
             .add(FieldLodPagesPlugin)
-            .add(FieldLodVisibleFluxPlugin)
     }
 }
 

@@ -5,13 +5,13 @@
 //! unit area of surface.
 //!
 //! ```text
-//! screen error = e √( c (4 V + 0.4 p) o )      pixels
+//! screen error = e √( c (4 V + 0.4 p) ) w      pixels
 //!
 //! e   error of the simplification, a length, times the largest stretch across the sight rays
 //! c   upper bound of the field's strength over the group's sphere (eq. 5), samples per unit area
 //! V   mean of max(n·s, 0) over the group's surface: the visible share of its projection factor
 //! p   likelihood of a silhouette in the group, where c·n is 0 but an error is seen edge-on
-//! o   visible share of the group, 1 without [`VisibleFlux`](crate::VisibleFlux)
+//! w   weight of the instance, 1 without [`Weights`](crate::Weights)
 //!
 //! V = (μ + √(μ² + v)) / 2,   μ = m·s,   v = (1 − |m|²) / 4
 //! p = 1 / (1 + u + u²/2),    u = μ² / (2v + 0.005)
@@ -84,28 +84,28 @@ pub fn group_error_px(
     settings: &LodSettings,
     was_refined: bool,
 ) -> f32 {
-    visible_error_px(group, instance, settings, was_refined, 1.0)
+    weighed_error_px(group, instance, settings, was_refined, 1.0)
 }
 
-/// [`group_error_px`] of a group with a visible share, as a [`Selector`](crate::Selector) computes it under
-/// [`LodSettings::visible_flux`]. Displacements are not weighed, since the share is an estimate.
+/// [`group_error_px`] of an instance with a weight, as [`Selector::select_weighed`](crate::Selector::select_weighed)
+/// computes it. Displacements are not weighed.
 #[cfg_attr(
     not(any(test, feature = "test-support")),
     expect(unreachable_pub, reason = "tests compare with it")
 )]
 #[must_use]
-pub fn visible_error_px(
+pub fn weighed_error_px(
     group: &Group,
     instance: &InstanceView,
     settings: &LodSettings,
     was_refined: bool,
-    visible_share: f32,
+    weight: f32,
 ) -> f32 {
     if group.is_terminal() {
         return f32::INFINITY;
     }
-    let criterion = Criterion::new(instance, settings);
-    criterion.error_px(criterion_input(group), visible_share, was_refined)
+    let criterion = Criterion::new(instance, settings, weight);
+    criterion.error_px(criterion_input(group), was_refined)
 }
 
 /// Deviation of groups without a measured deviation. It is larger than any threshold allows, but finite: outside the
@@ -131,6 +131,7 @@ pub(crate) fn criterion_input(group: &Group) -> CriterionInput {
 #[derive(Clone, Copy)]
 pub(crate) struct Criterion {
     branches: Branches,
+    error_weight: f32,
     displacement_weight: f32,
     instance: InstanceView,
     /// The views that groups enter, and that refined groups leave.
@@ -155,7 +156,8 @@ struct Branches {
 }
 
 impl Criterion {
-    pub(crate) fn new(instance: &InstanceView, settings: &LodSettings) -> Self {
+    /// Screen-space errors count `error_weight` times.
+    pub(crate) fn new(instance: &InstanceView, settings: &LodSettings, error_weight: f32) -> Self {
         let (weights, advanced) = (settings.error_weights(), &settings.advanced);
         let bias = match advanced.offscreen {
             Offscreen::Coarsest => None,
@@ -172,6 +174,7 @@ impl Criterion {
         };
         Self {
             branches,
+            error_weight,
             displacement_weight: weights.displacement_weight.unwrap_or(0.0),
             instance: *instance,
             entering,
@@ -239,9 +242,9 @@ impl Criterion {
         }
     }
 
-    /// The error to compare with the threshold, of a group that is not terminal. `share` is the group's visible share.
+    /// The error to compare with the threshold, of a group that is not terminal.
     #[inline(always)]
-    pub(crate) fn error_px(&self, group: CriterionInput, share: f32, was_refined: bool) -> f32 {
+    pub(crate) fn error_px(&self, group: CriterionInput, was_refined: bool) -> f32 {
         let [x, y, z, radius, error, deviation, m_x, m_y, m_z] = group;
         let mean_normal = Vec3::new(m_x, m_y, m_z);
         // The sphere in camera space, and the field over it.
@@ -252,11 +255,12 @@ impl Criterion {
         let relaxation = self.relaxation(&seen);
         let (mut screen_error, mut displacement) = (0.0, 0.0);
         if self.branches.counts_error {
-            // e √(c (4 V + 0.4 p) o)
+            // e √(c (4 V + 0.4 p)) w
             let strength = self.strength(&seen, &over);
             let facing = self.facing(mean_normal, &seen);
-            let weight = Self::weight(facing, mean_normal) * share;
+            let weight = Self::weight(facing, mean_normal);
             let error_px = error * stretch * (strength * weight).sqrt() * relaxation;
+            let error_px = error_px * self.error_weight;
             screen_error = unless_infinite(strength, error_px);
         }
         if self.branches.counts_displacement {

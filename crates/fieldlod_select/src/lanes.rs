@@ -8,15 +8,15 @@ pub(crate) mod bits;
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 use fearless_simd::{Level, Simd};
 
-use bits::LANES;
+pub use bits::{LANES, lane_bits};
 
 /// Eight items of `N` numbers, in columns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Eight<const N: usize>(pub(crate) [[f32; LANES]; N]);
+pub struct Eight<const N: usize>(pub(crate) [[f32; LANES]; N]);
 
 impl<const N: usize> Eight<N> {
     /// The same item in all lanes.
-    pub(crate) const fn splat(item: [f32; N]) -> Self {
+    pub const fn splat(item: [f32; N]) -> Self {
         let mut columns = [[0.0; LANES]; N];
         let mut column = 0;
         while column < N {
@@ -27,7 +27,7 @@ impl<const N: usize> Eight<N> {
     }
 
     /// Puts items into the lanes of `count` elements; the rest is zero.
-    pub(crate) fn list(items: impl Iterator<Item = [f32; N]>, count: usize) -> Vec<Self> {
+    pub fn list(items: impl Iterator<Item = [f32; N]>, count: usize) -> Vec<Self> {
         let mut elements = vec![Self::splat([0.0; N]); count];
         for (index, item) in items.enumerate() {
             elements[index / LANES].set(index % LANES, item);
@@ -35,19 +35,21 @@ impl<const N: usize> Eight<N> {
         elements
     }
 
+    /// Sets the item of one lane.
     #[inline(always)]
-    pub(crate) fn set(&mut self, lane: usize, item: [f32; N]) {
+    pub fn set(&mut self, lane: usize, item: [f32; N]) {
         for (column, number) in self.0.iter_mut().zip(item) {
             column[lane] = number;
         }
     }
 
+    /// The item of one lane.
     #[inline(always)]
     #[expect(
         clippy::needless_range_loop,
         reason = "iterators keep the compiler from vector instructions"
     )]
-    pub(crate) fn at(&self, lane: usize) -> [f32; N] {
+    pub fn at(&self, lane: usize) -> [f32; N] {
         let mut item = [0.0; N];
         for column in 0..N {
             item[column] = self.0[column][lane];
@@ -59,7 +61,7 @@ impl<const N: usize> Eight<N> {
 /// Runs `run`, which must be `#[inline(always)]`, with AVX2 if the processor has it. The compiler does not fuse products
 /// and sums, so that the results are the same.
 #[inline]
-pub(crate) fn with_avx2<R>(run: impl FnOnce() -> R) -> R {
+pub fn with_avx2<R>(run: impl FnOnce() -> R) -> R {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Some(avx2) = Level::new().as_avx2() {
         return avx2.vectorize(run);
@@ -69,12 +71,12 @@ pub(crate) fn with_avx2<R>(run: impl FnOnce() -> R) -> R {
 
 /// Returns the larger number. If either number is NaN, it returns the second.
 #[inline(always)]
-pub(crate) fn larger(a: f32, b: f32) -> f32 {
+pub fn larger(a: f32, b: f32) -> f32 {
     if b < a { a } else { b }
 }
 
 /// Returns the smaller number. If either number is NaN, it returns the second.
 #[inline(always)]
-pub(crate) fn smaller(a: f32, b: f32) -> f32 {
+pub fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }

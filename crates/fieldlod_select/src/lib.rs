@@ -38,11 +38,9 @@
 //! and single points may be off by more. [`LodSettings::displacement_px`] bounds every displacement on
 //! screen; the tests of `fieldlod_lab` measure it. Set either or both.
 //!
-//! # Hidden instances
-//! [`LodSettings::visible_flux`] weighs errors by the visible share of each instance, or of each group of a large
-//! instance. A [`Selector`] estimates the shares with a small depth image, which it draws on the CPU when the view or
-//! the scene has changed. An instance that appears is refined in the same frame; an instance that
-//! disappears is coarsened some frames later. Displacements are not weighed, since the share is an estimate.
+//! # Weights
+//! [`Selector::select_weighed`] multiplies the screen-space errors of each instance in a view by a weight. The crate
+//! `fieldlod_flux` weighs instances by how much of each is visible.
 //!
 //! # Speed
 //! If the scene, the view or the settings have changed, a [`Selector`] tests all instances, eight at a time:
@@ -64,19 +62,14 @@
 //!
 //! # Features
 //! - `bevy_reflect`: reflection of the settings.
-//! - `test-support`: specifications, depth images and single steps, for tests and benches.
+//! - `test-support`: specifications and single steps, for tests and benches.
 //!
 //! # Out of scope
 //! Morphing between levels; skinned meshes; culling.
 
 mod criterion;
 mod cut;
-#[cfg_attr(
-    not(any(test, feature = "test-support")),
-    expect(unreachable_pub, reason = "tests and benches use the depth image")
-)]
-mod hidden;
-mod lanes;
+pub mod lanes;
 #[cfg(any(test, feature = "test-support"))]
 pub mod naive;
 mod scene;
@@ -87,18 +80,17 @@ mod view;
 
 pub use criterion::group_error_px;
 #[cfg(any(test, feature = "test-support"))]
-pub use criterion::visible_error_px;
+pub use criterion::weighed_error_px;
 pub use cut::{Cut, select, select_with};
-#[cfg(any(test, feature = "test-support"))]
-pub use hidden::OcclusionBuffer;
 pub use scene::table::GroupTable;
-pub use scene::{InstanceId, MeshId, Scene};
+pub use scene::{InstanceId, MeshId, PlacedInstance, Scene};
 pub use select::changes::Change;
 pub use select::cuts::Statistics;
 #[cfg(any(test, feature = "test-support"))]
 pub use select::decision::refine;
 pub use select::demand::GroupDemand;
+pub use select::weights::Weights;
 pub use selector::Selector;
-pub use settings::{AdvancedSettings, LodSettings, Offscreen, VisibleFlux};
+pub use settings::{AdvancedSettings, LodSettings, Offscreen};
 pub use view::shadow_lights::ShadowLight;
 pub use view::{InstanceView, View};

@@ -22,7 +22,9 @@ use table::GroupTable;
 pub struct MeshId(u32);
 
 impl MeshId {
-    pub(crate) fn index(self) -> usize {
+    /// Index of the mesh, unique among the present meshes of a scene, and small.
+    #[must_use]
+    pub fn index(self) -> usize {
         self.0 as usize
     }
 }
@@ -59,7 +61,6 @@ pub(crate) struct Instance {
     pub(crate) slot: Option<u32>,
     /// The layers of the instance, one bit each.
     layers: u64,
-    is_occluder: bool,
     pub(crate) world_from_local: Affine3A,
     pub(crate) bias: f32,
     /// The sphere around all groups of the instance, in the world.
@@ -68,7 +69,32 @@ pub(crate) struct Instance {
     stretch: [f32; 2],
 }
 
+/// An instance of a [`Scene`] as it is placed.
+#[derive(Clone, Copy, Debug)]
+pub struct PlacedInstance {
+    /// Its id.
+    pub id: InstanceId,
+    /// Its mesh.
+    pub mesh: MeshId,
+    /// Its layers, one bit each.
+    pub layers: u64,
+    /// Its placement.
+    pub world_from_local: Affine3A,
+    /// A sphere around it, in the world.
+    pub sphere: Sphere,
+}
+
 impl Instance {
+    fn placed(&self, id: InstanceId, mesh: MeshId) -> PlacedInstance {
+        PlacedInstance {
+            id,
+            mesh,
+            layers: self.layers,
+            world_from_local: self.world_from_local,
+            sphere: self.sphere,
+        }
+    }
+
     fn place(&mut self, table: &GroupTable, world_from_local: Affine3A, bias: f32) {
         // Most instances move without turning. A new instance has no stretch yet.
         if self.stretch[1] == 0.0 || self.world_from_local.matrix3 != world_from_local.matrix3 {
@@ -196,7 +222,6 @@ impl Scene {
             generation: self.first_generation,
             slot: None,
             layers: u64::MAX,
-            is_occluder: true,
             world_from_local,
             bias,
             sphere: Sphere::default(),
@@ -243,27 +268,9 @@ impl Scene {
     /// Puts an instance on layers, one bit each. A view that shares none of them neither draws nor counts it. A new
     /// instance is on all layers. Does nothing if the instance was removed.
     pub fn set_layers(&mut self, instance: InstanceId, layers: u64) {
-        if let Some(placed) = self.get(instance) {
-            let is_occluder = placed.is_occluder;
-            self.set_flags(instance, layers, is_occluder);
-        }
-    }
-
-    /// Sets whether an instance may hide other instances under [`LodSettings::visible_flux`]. The default is `true`.
-    /// Use `false` for transparent instances. Does nothing if the instance was removed.
-    ///
-    /// [`LodSettings::visible_flux`]: crate::LodSettings::visible_flux
-    pub fn set_occluder(&mut self, instance: InstanceId, is_occluder: bool) {
-        if let Some(placed) = self.get(instance) {
-            let layers = placed.layers;
-            self.set_flags(instance, layers, is_occluder);
-        }
-    }
-
-    fn set_flags(&mut self, instance: InstanceId, layers: u64, is_occluder: bool) {
-        let changed = &mut self.instances[instance.index()];
-        if (changed.layers, changed.is_occluder) != (layers, is_occluder) {
-            (changed.layers, changed.is_occluder) = (layers, is_occluder);
+        let before = self.get(instance).map(|placed| placed.layers);
+        if before.is_some_and(|before| before != layers) {
+            self.instances[instance.index()].layers = layers;
             self.note_changed(instance.index);
         }
     }
@@ -292,8 +299,6 @@ impl Scene {
             return;
         };
         self.journal.push(slot);
-        // A mesh without geometry has no occluders.
-        let hides = instance.is_occluder && !self.table(mesh).occluders.is_empty();
         let occupant = Occupant {
             id: self.id_of(index),
             mesh,
@@ -301,10 +306,8 @@ impl Scene {
         };
         let error_scale = instance.stretch.map(|stretch| stretch * instance.bias);
         let sphere = instance.sphere;
-        let occluder_radius = if hides { sphere.radius } else { 0.0 };
-        let slot = slot as usize;
         self.columns
-            .set(slot, occupant, &sphere, error_scale, occluder_radius);
+            .set(slot as usize, occupant, &sphere, error_scale);
     }
 
     /// The id of the instance that has an index, or had it last.
@@ -328,6 +331,29 @@ impl Scene {
     /// The mesh of an instance; `None` if the instance was removed.
     pub(crate) fn mesh_of(&self, instance: InstanceId) -> Option<MeshId> {
         self.get(instance)?.mesh
+    }
+
+    /// An instance as it is placed; `None` if it was removed.
+    #[must_use]
+    pub fn placed(&self, id: InstanceId) -> Option<PlacedInstance> {
+        let instance = self.get(id)?;
+        instance.mesh.map(|mesh| instance.placed(id, mesh))
+    }
+
+    /// All instances, by ascending index.
+    pub fn all_placed(&self) -> impl Iterator<Item = PlacedInstance> {
+        let indexed = (0u32..).zip(&self.instances);
+        indexed.filter_map(|(index, instance)| {
+            let generation = instance.generation;
+            let id = InstanceId { index, generation };
+            instance.mesh.map(|mesh| instance.placed(id, mesh))
+        })
+    }
+
+    /// Another number than before, if an instance or the available groups of a mesh have changed.
+    #[must_use]
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// Placement of an instance; `None` if it was removed.

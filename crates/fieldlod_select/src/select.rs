@@ -12,3 +12,4 @@ mod instance_cut;
 mod limits;
 mod memory;
 mod near;
+pub(crate) mod weights;

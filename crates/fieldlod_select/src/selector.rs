@@ -5,6 +5,7 @@ use crate::select::budget::BudgetSearch;
 use crate::select::changes::Change;
 use crate::select::cuts::{SceneCuts, Statistics};
 use crate::select::frame::{Frame, Input};
+use crate::select::weights::{NoWeights, Weights};
 use crate::settings::LodSettings;
 use crate::view::View;
 
@@ -16,7 +17,7 @@ use crate::view::View;
 /// the levels and groups of the other instances. The cuts are the same as if every group of every instance were
 /// decided.
 ///
-/// Without changes a frame returns at once, unless a visible share is held.
+/// Without changes a frame returns at once.
 ///
 /// ```
 /// # use camera_field::Camera;
@@ -45,8 +46,6 @@ pub struct Selector {
     budget: BudgetSearch,
     /// Input of the last selection, before the budget changed its settings.
     last_given: Option<Input>,
-    /// Whether this selection has updated the visible shares.
-    are_shares_known: bool,
 }
 
 impl Selector {
@@ -55,41 +54,64 @@ impl Selector {
     /// # Panics
     /// If the scene was changed without [`Scene::update`].
     pub fn select(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
+        self.select_frame(scene, view, settings, &mut NoWeights, None);
+    }
+
+    /// [`Selector::select`] with a weight for the screen-space errors of each instance, for example by how much of it is
+    /// visible. A [forced level](LodSettings::forced_level) ignores weights.
+    ///
+    /// # Panics
+    /// If the scene was changed without [`Scene::update`].
+    pub fn select_weighed(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+        weights: &mut impl Weights,
+    ) {
+        let revision = weights.revision();
+        self.select_frame(scene, view, settings, weights, Some(revision));
+    }
+
+    fn select_frame(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+        weights: &mut impl Weights,
+        weights_revision: Option<u64>,
+    ) {
         assert!(scene.is_up_to_date(), "Scene::update was not called");
         self.cuts.begin();
-        self.are_shares_known = false;
-        let view = view.with_margins(settings);
         let settings = &settings.in_effect();
-        let given = Input::new(scene, &view, settings);
+        let given = Input::new(
+            scene,
+            &view.with_margins(settings),
+            settings,
+            weights_revision,
+        );
         let has_changed = self.last_given.replace(given) != Some(given);
-        self.budget
-            .begin(has_changed || self.cuts.has_unsettled_shares);
-        self.select_frame(scene, &view, &self.budget.settings(settings));
+        self.budget.begin(has_changed);
+        self.select_once(scene, given.with(&self.budget.settings(settings)), weights);
         // A search tries other thresholds until the triangles fit the budget.
         while let Some(settings) = self.budget.next(settings, self.cuts.triangle_count) {
             self.cuts.statistics.budget_tries += 1;
-            self.select_frame(scene, &view, &settings);
+            self.select_once(scene, given.with(&settings), weights);
         }
     }
 
     /// One selection. Its changes are added to the changes of other selections of the frame.
-    fn select_frame(&mut self, scene: &Scene, view: &View, settings: &LodSettings) {
-        let input = Input::new(scene, view, settings);
-        let is_settled = self.are_shares_known || !self.cuts.has_unsettled_shares;
+    fn select_once(&mut self, scene: &Scene, input: Input, weights: &mut impl Weights) {
         // A view of NaN does not equal itself.
-        if self.last == Some(input) && is_settled {
+        if self.last == Some(input) {
             return;
         }
         let last = self.last.replace(input);
-        let frame = Frame::new(scene, &input, last, self.are_shares_known);
-        self.are_shares_known = true;
-
+        let frame = Frame::new(scene, &input, last);
         // The limits of instances after changes of the scene or the settings.
         self.cuts.update_limits(&frame);
-        // The depth image of visible flux.
-        self.cuts.draw_depth_image(&frame);
         // One pass over all instances, which decides the instances outside their limits and records changes.
-        self.cuts.decide_near(&frame);
+        self.cuts.decide_near(&frame, weights);
     }
 
     /// The units of `instance` to draw: indices into its hierarchy's `units`, ascending. `scene` must be
@@ -126,14 +148,6 @@ impl Selector {
     #[must_use]
     pub fn threshold_px(&self) -> Option<f32> {
         self.last.map(|frame| frame.settings.threshold_px())
-    }
-
-    /// The depth image of the last selection; `None` without [`LodSettings::visible_flux`].
-    #[cfg(any(test, feature = "test-support"))]
-    #[must_use]
-    pub fn occlusion(&self) -> Option<&crate::OcclusionBuffer> {
-        let flux = self.last?.settings.visible_flux;
-        self.cuts.depth_image.as_ref().filter(|_| flux.is_some())
     }
 
     /// Removes the previous cuts, as after a teleport: the next selection depends on its input alone.

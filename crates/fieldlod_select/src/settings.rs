@@ -15,38 +15,6 @@ pub enum Offscreen {
     },
 }
 
-/// Weighs the screen-space errors of instances by their visible shares.
-///
-/// The selector draws instances into a small depth image on the CPU: triangles of a coarse level for large instances,
-/// points for small instances. The screen-space error of an instance with the visible share `o` is multiplied by `√o`,
-/// because the paper's flux is over the visible surface. In the walkthrough, at equal pictures and with exact shares, a
-/// weight of `√o` drew 0.44 of the triangles, and a weight of `o` drew 0.48. Objects outside the image count as
-/// hidden, also within [`offscreen_margin`](AdvancedSettings::offscreen_margin). `o` is an estimate, so displacements
-/// ([`LodSettings::displacement_px`]) are not weighed. Nothing is culled.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
-pub struct VisibleFlux {
-    /// Triangle budget of the depth image; 32 points count as one triangle.
-    pub occluder_triangles: u32,
-    /// Number of selections in a row with a smaller visible share before a group is coarsened. A larger share refines
-    /// the group at once.
-    pub hold_frames: u8,
-    /// Smallest visible share, from 0 to 1: a group estimated as hidden may be slightly visible, or cast a shadow into
-    /// the view.
-    pub least_share: f32,
-}
-
-impl Default for VisibleFlux {
-    /// 16,000 triangles; 45 frames, longer than one step of a walk; a share of at least a hundredth.
-    fn default() -> Self {
-        Self {
-            occluder_triangles: 16_000,
-            hold_frames: 45,
-            least_share: 0.01,
-        }
-    }
-}
-
 /// Settings of the selection in one view.
 ///
 /// A group is refined if either threshold is exceeded: [`error_px`](Self::error_px) by its screen-space error,
@@ -70,15 +38,12 @@ pub struct LodSettings {
     /// [`select`](crate::select) ignores it.
     pub triangle_budget: Option<u64>,
     /// Draws every instance at this level of its mesh, or at the coarsest level if it has fewer; 0 is the finest.
-    /// [`triangle_budget`](Self::triangle_budget) and [`visible_flux`](Self::visible_flux) are ignored then.
+    /// [`triangle_budget`](Self::triangle_budget) and [`Weights`](crate::Weights) are ignored then.
     /// [`select`](crate::select) ignores it.
     pub forced_level: Option<u32>,
     /// Rendered pixels per pixel of the view's target along one axis: 0.5 if an upscaler doubles both axes.
     /// Thresholds count rendered pixels.
     pub resolution_scale: f32,
-    /// Weighs screen-space errors by the visible share of an instance or group; `None` counts all as fully
-    /// visible. [`select`](crate::select) ignores it.
-    pub visible_flux: Option<VisibleFlux>,
     /// Settings that are rarely changed.
     pub advanced: AdvancedSettings,
 }
@@ -151,7 +116,6 @@ impl Default for LodSettings {
             triangle_budget: None,
             forced_level: None,
             resolution_scale: 1.0,
-            visible_flux: None,
             advanced: AdvancedSettings::default(),
         }
     }
@@ -218,7 +182,6 @@ impl LodSettings {
         let is_free = self.forced_level.is_none();
         Self {
             triangle_budget: self.triangle_budget.filter(|_| is_free),
-            visible_flux: self.visible_flux.filter(|_| is_free),
             ..*self
         }
     }

@@ -73,6 +73,24 @@ impl View {
         Self { layers, ..*self }
     }
 
+    /// The layers that the view draws, one bit each.
+    #[must_use]
+    pub fn layers(&self) -> u64 {
+        self.layers
+    }
+
+    /// A point of the world in camera space, in which +Z is ahead and +Y is down.
+    #[must_use]
+    pub fn in_camera(&self, in_world: Vec3) -> Vec3 {
+        self.camera_from_world * (in_world - self.eye_in_world)
+    }
+
+    /// The map from an instance's local space to camera space: linear part and origin.
+    #[must_use]
+    pub fn camera_from_local(&self, world_from_local: &Affine3A) -> (Mat3, Vec3) {
+        camera_from_local(self, world_from_local)
+    }
+
     /// The camera's intrinsics.
     #[must_use]
     pub fn camera(&self) -> &Camera {

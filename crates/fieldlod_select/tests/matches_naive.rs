@@ -2,15 +2,15 @@
 
 mod common;
 
-use common::world::{Placed, Watcher, World};
+use common::world::{AnyWeights, Placed, Watcher, World};
 use common::{
     HIERARCHIES, any_camera, any_orthographic, any_placement, any_settings, any_view, hierarchies,
     look, perspective, unmeasured, vector, zoomed,
 };
 use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    AdvancedSettings, GroupTable, InstanceView, LodSettings, Scene, Selector, VisibleFlux,
-    group_error_px, refine,
+    AdvancedSettings, GroupTable, InstanceView, LodSettings, Scene, Selector, group_error_px,
+    refine,
 };
 use glam::{Affine3A, Quat, Vec3, Vec3A};
 use proptest::prelude::*;
@@ -27,38 +27,6 @@ fn any_placed(reach: f32) -> impl Strategy<Value = Placed> {
             }
         },
     )
-}
-
-/// Walls, and many small objects behind them.
-fn any_crowd() -> impl Strategy<Value = Vec<Placed>> {
-    let scaled = |mesh: usize, at: Vec3, scale: Vec3| {
-        Placed::new(
-            mesh,
-            Affine3A::from_translation(at) * Affine3A::from_scale(scale),
-        )
-    };
-    let wall = (vector(), 1.0f32..4.0).prop_map(move |(at, size)| {
-        let place = at * Vec3::new(6.0, 1.0, 2.0) - Vec3::Z * 6.0;
-        scaled(0, place, Vec3::new(size, size, 0.2))
-    });
-    let small = (0usize..HIERARCHIES, vector(), 0.1f32..0.8).prop_map(move |(mesh, at, size)| {
-        let place = at * Vec3::new(15.0, 2.0, 20.0) - Vec3::Z * 32.0;
-        scaled(mesh, place, Vec3::splat(size))
-    });
-    let walls = prop::collection::vec(wall, 1..4);
-    let crowd = prop::collection::vec(small, 20..120);
-    (walls, crowd).prop_map(|(walls, crowd)| walls.into_iter().chain(crowd).collect())
-}
-
-fn any_flux() -> impl Strategy<Value = Option<VisibleFlux>> {
-    let flux = (0u32..4000, 0u8..4, -0.2f32..0.3).prop_map(|(triangles, hold_frames, least)| {
-        VisibleFlux {
-            occluder_triangles: triangles,
-            hold_frames,
-            least_share: least.max(0.0),
-        }
-    });
-    prop_oneof![1 => Just(None), 2 => flux.prop_map(Some)]
 }
 
 #[derive(Clone, Debug)]
@@ -156,17 +124,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 180, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn jumps_and_steps_with_visible_flux_equal_naive(
-        placed in prop_oneof![3 => prop::collection::vec(any_placed(100.0), 1..60), 1 => any_crowd()],
+    fn jumps_and_steps_with_weights_equal_naive(
+        placed in prop::collection::vec(any_placed(100.0), 1..60),
         mut camera in any_camera(),
-        (settings, flux) in (any_settings(), any_flux()),
+        (settings, is_weighed) in (any_settings(), prop::bool::weighted(0.7)),
         (start, reach) in (vector(), prop_oneof![Just(1.0f32), Just(30.0f32)]),
         steps in prop::collection::vec((vector(), vector(), 0u8..10), 8..20),
     ) {
         let mut world = World::new(&placed);
-        let settings = LodSettings { visible_flux: flux, ..settings };
         let (mut eye, mut target) = (start * reach, Vec3::Z * -30.0);
         let mut watcher = Watcher::new(look(camera, eye, target), settings);
+        watcher.weights = is_weighed.then_some(AnyWeights(0));
         for (go, turn, event) in steps {
             // Mostly small steps; sometimes a jump, a standstill or a moved object.
             match event {

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::world::{Placed, World, step_of_walk};
+use common::world::{AnyWeights, Placed, World, step_of_walk};
 use common::{hierarchies, look, orthographic, perspective, vector, with_advanced, zoomed};
 use fieldlod_hierarchy::Sphere;
 use fieldlod_select::{
     GroupTable, InstanceId, InstanceView, LodSettings, Offscreen, Scene, Selector, ShadowLight,
-    Statistics, View, VisibleFlux,
+    Statistics, View,
 };
 use glam::{Affine3A, Vec3};
 use proptest::prelude::*;
@@ -149,25 +149,24 @@ fn view_of_nan_refines_all_and_recovers() {
 fn levels_equal_fresh_ones_after_other_settings() {
     let mut world = World::forest(5, 30, 9.0);
     let free = without_hysteresis();
-    let flux = VisibleFlux {
-        hold_frames: 0,
-        ..VisibleFlux::default()
-    };
-    let hiding = LodSettings {
-        visible_flux: Some(flux),
-        ..free
-    };
     let forced = LodSettings {
         forced_level: Some(3),
         ..free
     };
     let mut selector = Selector::default();
     for step in 0..40u16 {
-        let settings = [free, hiding, free, forced][usize::from(step / 5 % 4)];
+        let phase = step / 5 % 4;
+        let settings = if phase == 3 { forced } else { free };
         let view = step_of_walk(step);
-        selector.select(&world.scene, &view, &settings);
-        let expected = world.cuts(&world.select(&view, &settings));
-        assert_eq!(world.cuts(&selector), expected, "step {step}");
+        let mut fresh = Selector::default();
+        for selector in [&mut selector, &mut fresh] {
+            let weights = &mut AnyWeights(step.into());
+            match phase {
+                1 => selector.select_weighed(&world.scene, &view, &settings, weights),
+                _ => selector.select(&world.scene, &view, &settings),
+            }
+        }
+        assert_eq!(world.cuts(&selector), world.cuts(&fresh), "step {step}");
     }
     // Loaded in parts: missing levels fall back to the finest available level.
     let view = step_of_walk(40);

@@ -16,6 +16,7 @@ use std::path::Path;
 use bevy::math::UVec2;
 use bevy::prelude::*;
 use bevy::render::view::Msaa;
+use bevy_fieldlod::FieldLodVisibleFluxPlugin;
 use fieldlod_tests::scenes::{Method, Scene, SceneApp};
 use fieldlod_tests::stage::Stage;
 
@@ -106,7 +107,11 @@ fn main() {
 }
 
 fn app(scene: &Scene, method: Method, msaa: Msaa, scale: u32) -> Option<SceneApp> {
-    let mut app = SceneApp::new(Stage::stock()?, scene, method, SIZE_PX * scale, false);
+    let mut stage = Stage::stock()?;
+    if let Method::AutoLod { .. } = method {
+        stage.app.add_plugins(FieldLodVisibleFluxPlugin);
+    }
+    let mut app = SceneApp::new(stage, scene, method, SIZE_PX * scale, false);
     app.set_msaa(msaa);
     app.wait_for_levels();
     Some(app)

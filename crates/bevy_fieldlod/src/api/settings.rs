@@ -189,7 +189,6 @@ impl FieldLodCamera {
             triangle_budget: self.triangle_budget,
             forced_level: self.forced_level,
             resolution_scale: self.resolution_scale,
-            visible_flux: None,
             advanced: AdvancedSettings {
                 hysteresis: self.advanced.hysteresis,
                 min_aspect_ratio: self.advanced.min_aspect_ratio,

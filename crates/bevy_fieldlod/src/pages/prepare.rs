@@ -81,6 +81,7 @@ async fn prepare(mesh: MeshInPages) -> Result<PreparedMesh, LodError> {
         units: None,
         triangles_full: hierarchy.source_triangle_count() as u32,
         is_measured: hierarchy.is_measured(),
+        kept: None,
     })
 }
 

@@ -74,6 +74,7 @@ fn add_mesh(
         is_stored: prepared.is_stored,
         triangles_full: prepared.triangles_full,
         is_measured: prepared.is_measured,
+        kept: prepared.kept,
         uploaded,
     })
 }

@@ -15,7 +15,7 @@ use super::sidecar::SidecarFiles;
 use super::source_arrays::SourceArrays;
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodOrigin};
-use crate::scene::lod_mesh::LodPiece;
+use crate::scene::lod_mesh::{KeepOfLevels, Kept, LodPiece};
 use crate::scene::rig::{Rig, is_rigged};
 use crate::scene::unit_mesh::{UnitMeshes, unit_mesh};
 
@@ -31,6 +31,7 @@ pub(super) struct PrepareJob {
     /// Whether the meshes of all units are made and uploaded before any is drawn. With a limit of uploads per frame, a
     /// unit whose mesh is made when a view first draws it would be missing for some frames.
     pub(super) all_units: bool,
+    pub(super) keep: Option<KeepOfLevels>,
     /// Sources of the hierarchy. The first that has one is used.
     pub(super) sources: Vec<LevelSource>,
 }
@@ -87,6 +88,8 @@ pub(crate) struct PreparedMesh {
     pub(crate) triangles_full: u32,
     /// Whether the bake measured deviations.
     pub(crate) is_measured: bool,
+    /// By [`KeepOfLevels`].
+    pub(crate) kept: Option<Kept>,
 }
 
 /// Finds or bakes the hierarchy of a mesh and cuts it into the meshes to draw.
@@ -126,6 +129,7 @@ pub(super) async fn prepare(job: PrepareJob) -> Result<PreparedMesh, LodError> {
         table: GroupTable::new(&hierarchy),
         pieces: pieces.collect(),
         meshes: meshes_of(&job, &hierarchy, kind)?,
+        kept: job.keep.map(|KeepOfLevels(keep)| keep(&hierarchy)),
         units: (kind == LodKind::Clusters && !job.all_units).then(|| UnitMeshes::new(hierarchy)),
         triangles_full,
         is_measured,

@@ -24,7 +24,7 @@ use crate::api::auto_lod::AutoLod;
 use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
-use crate::scene::lod_mesh::LodMesh;
+use crate::scene::lod_mesh::{KeepOfLevels, LodMesh};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::rig::is_rigged;
 
@@ -270,6 +270,7 @@ pub(super) struct LodMeshLookup<'w> {
     config: Res<'w, FieldLodAppConfig>,
     priority: Res<'w, LodPriority>,
     upload_limit: Option<Res<'w, RenderAssetBytesPerFrame>>,
+    keep: Option<Res<'w, KeepOfLevels>>,
     meshes: Res<'w, Assets<Mesh>>,
     files: Res<'w, Assets<BakedLods>>,
     #[cfg(feature = "bake")]
@@ -404,6 +405,7 @@ impl LodMeshLookup<'_> {
                     place: path.and_then(|path| place_in_gltf(path.label()?)),
                     kind,
                     all_units: limit.is_some_and(|limit| limit.max_bytes.is_some()),
+                    keep: self.keep.as_deref().copied(),
                     sources,
                 }))
             }

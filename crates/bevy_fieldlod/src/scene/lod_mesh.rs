@@ -1,5 +1,6 @@
 //! The levels of detail of mesh assets, and the components of the entities that share them.
 
+use std::any::Any;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -7,6 +8,7 @@ use bevy::asset::AssetId;
 use bevy::camera::primitives::Aabb;
 use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
+use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{InstanceId, MeshId};
 
 use crate::api::auto_lod::AutoLod;
@@ -14,6 +16,12 @@ use crate::api::config::LodKind;
 use crate::lock;
 use crate::scene::rig::Rig;
 use crate::scene::unit_mesh::UnitMeshes;
+
+/// What an opt-in feature keeps of the levels of every mesh. The feature inserts it before meshes are prepared.
+#[derive(Resource, Clone, Copy)]
+pub(crate) struct KeepOfLevels(pub(crate) fn(&Hierarchy) -> Kept);
+
+pub(crate) type Kept = Arc<dyn Any + Send + Sync>;
 
 /// The levels of detail of one mesh asset.
 #[derive(Debug)]
@@ -37,6 +45,8 @@ pub(crate) struct LodMesh {
     pub(crate) triangles_full: u32,
     /// Whether its bake measured deviations.
     pub(crate) is_measured: bool,
+    /// By [`KeepOfLevels`].
+    pub(crate) kept: Option<Kept>,
     /// Whether the GPU has the [`meshes`](Self::meshes) that preparation made. The render world sets it.
     pub(crate) uploaded: Arc<AtomicBool>,
 }

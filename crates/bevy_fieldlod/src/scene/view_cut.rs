@@ -3,12 +3,14 @@
 use bevy::camera::visibility::RenderLayers;
 use bevy::prelude::*;
 
-use fieldlod_select::{LodSettings, Selector, View};
+use fieldlod_select::{LodSettings, Scene, Selector, View};
 
 /// The cut of one camera through the whole scene.
 #[derive(Component, Default)]
 pub(crate) struct ViewCut {
     pub(crate) selector: Selector,
+    /// An opt-in feature that weighs errors; `None` if all count in full.
+    pub(crate) weigher: Option<Box<dyn Weigher>>,
     pub(crate) visibility: CutVisibility,
     /// The view of the last selection.
     pub(crate) view: Option<View>,
@@ -22,6 +24,17 @@ pub(crate) struct ViewCut {
     pub(crate) layers: u64,
     /// Whether the render world lists the sources of units for this view.
     pub(crate) lists_sources: bool,
+}
+
+/// Selects with weights of instances.
+pub(crate) trait Weigher: Send + Sync {
+    fn select(
+        &mut self,
+        selector: &mut Selector,
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+    );
 }
 
 /// One bit per layer. Layers that are 64 apart share a bit.

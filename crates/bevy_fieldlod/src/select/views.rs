@@ -30,7 +30,7 @@ use crate::select::skins::SkinPoses;
 pub(crate) enum SelectSteps {
     /// Updates the scene and [`ViewCut::wanted`].
     Prepare,
-    /// Opt-in features change [`ViewCut::wanted`] here.
+    /// Opt-in features set [`ViewCut::weigher`] here.
     Adjust,
     /// Selects the cuts and applies them to the scene.
     Select,
@@ -306,7 +306,10 @@ fn select_cut(cut: &mut ViewCut, scene: &Scene) -> Duration {
     };
     let start = Instant::now();
     cut.view = Some(view);
-    cut.selector.select(scene, &view, &settings);
+    match &mut cut.weigher {
+        Some(weigher) => weigher.select(&mut cut.selector, scene, &view, &settings),
+        None => cut.selector.select(scene, &view, &settings),
+    }
     start.elapsed()
 }
 

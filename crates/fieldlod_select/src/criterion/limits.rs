@@ -107,10 +107,10 @@ impl ErrorUnits {
         }
     }
 
-    /// The same weights, with errors that count √`share` times.
-    pub(crate) fn hidden_to(self, share: f32) -> Self {
+    /// The same weights, with errors that count `weight` times.
+    pub(crate) fn weighed(self, weight: f32) -> Self {
         Self {
-            error: self.error * share.sqrt(),
+            error: self.error * weight,
             ..self
         }
     }
@@ -157,20 +157,19 @@ impl LevelErrors {
 
     /// The first level whose group is certainly refined, after a frame at level `was`; `None` if a group before it is
     /// neither certainly refined nor certainly not. `least_scale` and `most_scale` bound the factor of errors in the
-    /// world. `weight` has the factors of errors of groups that were not refined and of groups that were refined.
+    /// world.
     #[inline]
     pub(crate) fn certain_level(
         &self,
         units: &ErrorUnits,
         was: usize,
         allowed: &Allowed,
-        [[least_scale, most_scale], weight]: [[f32; 2]; 2],
+        [least_scale, most_scale]: [f32; 2],
     ) -> Option<usize> {
-        let weight = [weight[0] * units.error, weight[1] * units.error];
         for (level, errors) in self.0[..self.coarsest()].iter().enumerate() {
             let was_refined = usize::from(level >= was);
             let deviation = errors.deviation * units.deviation;
-            let shown = |error: f32| larger(error * weight[was_refined], deviation);
+            let shown = |error: f32| larger(error * units.error, deviation);
             // NaN is not certain.
             let fits = shown(errors.most) * most_scale <= allowed.coarse[was_refined];
             if !fits {

@@ -1,7 +1,7 @@
 //! Bits of groups, 64 to a word, and bits of eight lanes.
 
 /// Number of items that a loop handles at once.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 /// Groups in a chunk: the bits of one word.
 pub(crate) const CHUNK: usize = 64;
 
@@ -37,6 +37,6 @@ pub(crate) fn block_bits(word: u64, index: usize) -> u32 {
 
 /// One bit for each lane that is 1.
 #[inline(always)]
-pub(crate) fn lane_bits(lanes: &[u8; LANES]) -> u32 {
+pub fn lane_bits(lanes: &[u8; LANES]) -> u32 {
     (0..LANES).fold(0, |bits, lane| bits | u32::from(lanes[lane]) << lane)
 }

@@ -76,8 +76,6 @@ impl Occupant {
 pub(crate) struct Columns {
     pub(crate) occupants: Vec<Occupant>,
     pub(crate) spheres: Vec<EightSpheres>,
-    /// Radii of instances that may hide others; 0 for all other instances.
-    pub(crate) occluder_radii: Vec<[f32; LANES]>,
     /// The least and the largest factor of errors in the world, biases included.
     pub(crate) error_scales: Vec<[f32; 2]>,
     /// Spheres around 64 instances each.
@@ -97,7 +95,6 @@ impl Columns {
             self.error_scales.push([0.0; 2]);
             let elements = slot / LANES + 1;
             self.spheres.resize(elements, EIGHT_NOTHING);
-            self.occluder_radii.resize(elements, [0.0; LANES]);
             slot as u32
         })
     }
@@ -105,7 +102,7 @@ impl Columns {
     /// Frees a slot.
     pub(crate) fn free(&mut self, slot: u32) {
         self.free.insert(slot);
-        self.set(slot as usize, Occupant::NONE, &NOTHING, [0.0; 2], 0.0);
+        self.set(slot as usize, Occupant::NONE, &NOTHING, [0.0; 2]);
     }
 
     /// Drops the free slots behind the last instance, and their memory.
@@ -121,7 +118,6 @@ impl Columns {
         truncate(&mut self.occupants, count);
         truncate(&mut self.error_scales, count);
         truncate(&mut self.spheres, elements);
-        truncate(&mut self.occluder_radii, elements);
         // Chunks that are partly dropped are dirty, because their slots were freed.
         self.dirty
             .retain(|&chunk| (chunk as usize) < elements.div_ceil(CHUNK / LANES));
@@ -139,13 +135,10 @@ impl Columns {
         occupant: Occupant,
         sphere: &Sphere,
         error_scale: [f32; 2],
-        occluder_radius: f32,
     ) {
-        let (element, lane) = (slot / LANES, slot % LANES);
         self.occupants[slot] = occupant;
         self.error_scales[slot] = error_scale;
         set_sphere(&mut self.spheres, slot, sphere);
-        self.occluder_radii[element][lane] = occluder_radius;
         let chunk = (slot / CHUNK) as u32;
         // Most consecutive changes are in one chunk; `refit` removes the other duplicates.
         if self.dirty.last() != Some(&chunk) {

@@ -7,8 +7,6 @@ use fieldlod_hierarchy::{Group, Hierarchy};
 use crate::criterion::criterion_input;
 use crate::criterion::error_bounds::{EightBounds, ErrorBounds};
 use crate::criterion::limits::LevelErrors;
-use crate::hidden::occluder::{OccluderPart, occluder_levels};
-use crate::hidden::surface_samples::SurfaceSamples;
 use crate::lanes::Eight;
 use crate::lanes::bits::{CHUNK, LANES, is_set, set_bits};
 
@@ -31,10 +29,6 @@ pub struct GroupTable {
     pub(crate) level_errors: LevelErrors,
     /// The level of each group.
     levels: Vec<u32>,
-    /// Sample points of visibility.
-    pub(crate) samples: SurfaceSamples,
-    /// Occluders of the mesh, finest first, each by its parts.
-    pub(crate) occluders: Vec<Vec<OccluderPart>>,
     /// For each group, the groups that consume its simplification.
     coarser: Vec<u32>,
     first_coarser: Vec<u32>,
@@ -73,8 +67,6 @@ impl GroupTable {
             blocks: Eight::list(groups.chunks(LANES).map(around), words),
             chunks: Eight::list(groups.chunks(CHUNK).map(around), words.div_ceil(LANES)),
             bounds: bounds(groups),
-            samples: SurfaceSamples::new(hierarchy),
-            occluders: occluder_levels(hierarchy),
             level_errors: LevelErrors::new(groups, is_chain),
             levels: groups.iter().map(|group| group.level).collect(),
             terminal: groups.chunks(CHUNK).map(terminal_bits).collect(),
@@ -125,11 +117,6 @@ impl GroupTable {
             },
             ..Self::new(&Hierarchy::default())
         };
-    }
-
-    /// Whether each group has one unit, as in a mesh that is drawn as a whole.
-    pub(crate) fn has_one_place(&self) -> bool {
-        self.units.len() == self.group_count
     }
 
     /// Whether the mesh is drawn as a whole at one level and all levels are available.

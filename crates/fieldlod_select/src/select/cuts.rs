@@ -6,8 +6,7 @@ use super::instance_cut::{InstanceCut, Pool};
 use super::limits::keep_test::{Looked, Near};
 use super::limits::limit_columns::LimitColumns;
 use super::memory::{InstanceMemory, InstanceState};
-use crate::hidden::OcclusionBuffer;
-use crate::hidden::held_shares::LevelShare;
+use super::weights::Weights;
 use crate::lanes::bits::{CHUNK, LANES};
 use crate::scene::table::level_unit;
 use crate::scene::{InstanceId, Scene};
@@ -30,13 +29,6 @@ pub(crate) struct SceneCuts {
     pub(super) pool: Pool,
     /// Reused buffers: results of the tests of chunks and of instances.
     looked: [Vec<Looked>; 2],
-    /// The depth image of visible flux, and a reused buffer for the visible shares of the groups of one instance.
-    pub(crate) depth_image: Option<OcclusionBuffer>,
-    pub(super) group_shares: Vec<u8>,
-    /// Visible shares of meshes that are drawn as a whole, by slot; empty without visible flux.
-    pub(super) level_shares: Vec<LevelShare>,
-    /// Whether a visible share is held above its current value. A later frame may lower it even without other changes.
-    pub(crate) has_unsettled_shares: bool,
     pub(super) changes: Changes,
     pub(crate) triangle_count: u64,
     pub(crate) statistics: Statistics,
@@ -49,27 +41,8 @@ impl SceneCuts {
         self.statistics = Statistics::default();
     }
 
-    /// Draws the depth image of a frame with visible flux, once per selection.
-    pub(crate) fn draw_depth_image(&mut self, frame: &Frame) {
-        if frame.are_shares_known {
-            return;
-        }
-        self.has_unsettled_shares = false;
-        let flux = frame.settings.visible_flux.as_ref();
-        if let Some(flux) = flux {
-            let (scene, view, triangles) = (frame.scene, frame.view, flux.occluder_triangles);
-            match &mut self.depth_image {
-                Some(image) => image.update(scene, view, triangles),
-                None => self.depth_image = Some(OcclusionBuffer::new(scene, view, triangles)),
-            }
-        }
-        // Shares start anew when a camera enables visible flux again.
-        let count = flux.map_or(0, |_| self.memories.len());
-        self.level_shares.resize(count, LevelShare::default());
-    }
-
     /// Tests all instances, and decides those whose cut may change.
-    pub(crate) fn decide_near(&mut self, frame: &Frame) {
+    pub(crate) fn decide_near(&mut self, frame: &Frame, weights: &mut impl Weights) {
         let (columns, test) = (&frame.scene.columns, &frame.test);
         let [mut chunks, mut instances] = std::mem::take(&mut self.looked);
         test.look(&columns.chunks, &self.limits.chunks, &mut chunks);
@@ -82,7 +55,7 @@ impl SceneCuts {
             test.look(spheres, &self.limits.instances[first..end], &mut instances);
             for near in instances.iter().flat_map(Looked::near) {
                 let slot = first * LANES + near.slot;
-                self.decide(frame, &Near { slot, ..near });
+                self.decide(frame, &Near { slot, ..near }, weights);
             }
         }
         self.looked = [chunks, instances];

@@ -6,7 +6,6 @@ use std::cell::OnceCell;
 use super::bounds_test::BoundsTest;
 use crate::criterion::Criterion;
 use crate::criterion::error_bounds::EightBounds;
-use crate::hidden::shares::Shares;
 use crate::lanes::bits::{LANES, block_bits, lane_bits, set_bits_of};
 use crate::lanes::with_avx2;
 use crate::scene::table::GroupTable;
@@ -26,7 +25,7 @@ pub fn refine(
     was_refined: &[u64],
     refined: &mut Vec<u64>,
 ) {
-    let decision = Decision::new(instance, settings, 1.0, Shares::FULL);
+    let decision = Decision::new(instance, settings, 1.0, 1.0);
     decision.decide(table, was_refined, refined);
 }
 
@@ -36,7 +35,6 @@ pub(crate) struct Decision<'a> {
     instance: &'a InstanceView,
     settings: &'a LodSettings,
     thresholds: Thresholds,
-    shares: Shares<'a>,
     /// The test of groups that were not refined, made on first use.
     entering: OnceCell<BoundsTest>,
     /// The test of groups that were refined, made on first use.
@@ -44,19 +42,18 @@ pub(crate) struct Decision<'a> {
 }
 
 impl<'a> Decision<'a> {
-    /// The errors of the instance count `bias` times.
+    /// The errors and deviations of the instance count `bias` times, its errors also `weight` times.
     pub(crate) fn new(
         instance: &'a InstanceView,
         settings: &'a LodSettings,
         bias: f32,
-        shares: Shares<'a>,
+        weight: f32,
     ) -> Self {
         Self {
-            criterion: Criterion::new(instance, settings),
+            criterion: Criterion::new(instance, settings, weight),
             instance,
             settings,
             thresholds: settings.thresholds(bias),
-            shares,
             entering: OnceCell::new(),
             leaving: OnceCell::new(),
         }
@@ -144,7 +141,7 @@ impl<'a> Decision<'a> {
     /// The bits of one block by the criterion.
     #[inline(always)]
     fn decide_block(&self, table: &GroupTable, block: usize, was_refined: u32) -> u32 {
-        let (groups, shares) = (&table.groups[block], self.shares.of_block(block));
+        let groups = &table.groups[block];
         let thresholds = self.thresholds;
         self.criterion.with_known_branches(
             #[inline(always)]
@@ -152,7 +149,7 @@ impl<'a> Decision<'a> {
                 let mut exceeds = [0; LANES];
                 for (lane, exceeds) in exceeds.iter_mut().enumerate() {
                     let was_refined = was_refined & 1 << lane != 0;
-                    let error_px = criterion.error_px(groups.at(lane), shares[lane], was_refined);
+                    let error_px = criterion.error_px(groups.at(lane), was_refined);
                     *exceeds = u8::from(thresholds.exceeded_by(error_px, was_refined));
                 }
                 lane_bits(&exceeds)

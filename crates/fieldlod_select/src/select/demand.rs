@@ -39,13 +39,11 @@ impl Selector {
                 continue;
             };
             let instance_view = InstanceView::new(view, &placed.world_from_local);
-            let criterion = Criterion::new(&instance_view, settings);
-            let shares = cut.shares.shares(settings);
+            let criterion = Criterion::new(&instance_view, settings, cut.weight);
             let error_px = |group: usize| {
                 let (block, lane) = (group / LANES, group % LANES);
-                let share = shares.of_block(block)[lane];
                 // `true`, as for a refined group, so that errors at the edge of the view count.
-                criterion.error_px(table.groups[block].at(lane), share, true) * placed.bias
+                criterion.error_px(table.groups[block].at(lane), true) * placed.bias
             };
             // Every cut refines terminal groups, which are loaded with the mesh.
             let is_needed = |group: &usize| !is_set(&table.terminal, *group);

@@ -15,20 +15,13 @@ pub(crate) struct Frame<'a> {
     pub(super) input: &'a Input,
     /// Input of the last selection; `None` in a first frame.
     pub(super) last: Option<Input>,
-    /// Whether another selection of the same frame has updated the visible shares.
-    pub(crate) are_shares_known: bool,
     /// Weights of errors and deviations.
     pub(super) units: ErrorUnits,
     pub(super) test: KeepTest,
 }
 
 impl<'a> Frame<'a> {
-    pub(crate) fn new(
-        scene: &'a Scene,
-        input: &'a Input,
-        last: Option<Input>,
-        are_shares_known: bool,
-    ) -> Self {
+    pub(crate) fn new(scene: &'a Scene, input: &'a Input, last: Option<Input>) -> Self {
         let (view, settings) = (&input.view, &input.settings);
         Self {
             scene,
@@ -36,20 +29,24 @@ impl<'a> Frame<'a> {
             settings,
             input,
             last,
-            are_shares_known,
             units: ErrorUnits::new(&view.camera, settings),
             test: KeepTest::new(view, settings),
         }
     }
 
-    /// Whether instances may keep their states. If layers, forced level or visible flux have changed, each instance
-    /// is decided again.
+    /// Whether instances have weights.
+    pub(crate) fn is_weighed(&self) -> bool {
+        self.input.weights_revision.is_some()
+    }
+
+    /// Whether instances may keep their states. If layers or forced level have changed, or weights are now used or no
+    /// longer used, each instance is decided again.
     pub(super) fn keeps_states(&self) -> bool {
         let of = |input: &Input| {
             // These change what is drawn within the same limits.
-            let hides = input.settings.visible_flux.is_some();
+            let is_weighed = input.weights_revision.is_some();
             let forced_level = input.settings.forced_level;
-            (input.view.layers, forced_level, hides)
+            (input.view.layers, forced_level, is_weighed)
         };
         let last = self.last.as_ref();
         last.is_none_or(|last| of(last) == of(self.input))
@@ -68,14 +65,30 @@ pub(crate) struct Input {
     pub(crate) view: View,
     pub(crate) settings: LodSettings,
     revision: u64,
+    /// [`Weights::revision`](crate::Weights::revision); `None` without weights.
+    weights_revision: Option<u64>,
 }
 
 impl Input {
-    pub(crate) fn new(scene: &Scene, view: &View, settings: &LodSettings) -> Self {
+    pub(crate) fn new(
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+        weights_revision: Option<u64>,
+    ) -> Self {
         Self {
             view: *view,
             settings: *settings,
             revision: scene.revision,
+            weights_revision,
+        }
+    }
+
+    /// The same input with other settings.
+    pub(crate) fn with(&self, settings: &LodSettings) -> Self {
+        Self {
+            settings: *settings,
+            ..*self
         }
     }
 }

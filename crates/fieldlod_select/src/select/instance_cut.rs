@@ -1,6 +1,5 @@
 //! The cut of one instance. Selection decides it group by group, and reuses its storage.
 
-use crate::hidden::held_shares::ShareMemory;
 use crate::scene::InstanceId;
 use crate::scene::table::GroupTable;
 
@@ -19,8 +18,8 @@ pub(crate) struct InstanceCut {
     /// The units that were drawn before the drawn units last changed.
     pub(super) units_before: Vec<u32>,
     triangle_count: u64,
-    /// The visible shares of the groups.
-    pub(super) shares: ShareMemory,
+    /// The weight of the instance in the last decision.
+    pub(super) weight: f32,
 }
 
 impl InstanceCut {
@@ -41,7 +40,6 @@ impl InstanceCut {
         self.units.clear();
         self.units.extend_from_slice(units);
         self.triangle_count = triangle_count;
-        self.shares.clear();
         // The first decision always gathers units.
         self.available_revision = table.available_revision.wrapping_sub(1);
     }
@@ -50,10 +48,10 @@ impl InstanceCut {
     pub(crate) fn decide(
         &mut self,
         table: &GroupTable,
-        decision: impl FnOnce(&ShareMemory, &[u64], &mut Vec<u64>),
+        decision: impl FnOnce(&[u64], &mut Vec<u64>),
     ) -> bool {
         std::mem::swap(&mut self.own, &mut self.own_before);
-        decision(&self.shares, &self.refined, &mut self.own);
+        decision(&self.refined, &mut self.own);
         let are_units_known = self.available_revision == table.available_revision;
         // Most decisions equal those of the last frame: closing them again would give the same cut.
         if self.own == self.own_before && are_units_known {

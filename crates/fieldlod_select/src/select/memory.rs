@@ -57,13 +57,14 @@ impl InstanceState {
         }
     }
 
-    /// The limits in local units, without a forced level. With visible flux, finer levels are decided in each frame.
+    /// The limits in local units, without a forced level. With weights, finer levels are decided in each frame.
     pub(super) fn limits_in_local(self, frame: &Frame) -> Limits {
-        let hides = frame.settings.visible_flux.is_some();
         let (mesh, level) = match self {
             Self::Empty => return Limits::EMPTY,
             Self::Coarsest(mesh) => (mesh, None),
-            Self::AtLevel(mesh, level) if !hides && frame.scene.table(mesh).is_chain() => {
+            Self::AtLevel(mesh, level)
+                if !frame.is_weighed() && frame.scene.table(mesh).is_chain() =>
+            {
                 (mesh, Some(usize::from(level)))
             }
             Self::Mixed(_) | Self::AtLevel(..) => return Limits::UNKNOWN,

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::{
-    Cut, InstanceId, InstanceView, LodSettings, MeshId, OcclusionBuffer, Scene, Selector, View,
-    VisibleFlux, select_with, visible_error_px,
+    Cut, InstanceId, InstanceView, LodSettings, MeshId, Scene, Selector, View, Weights,
+    select_with, weighed_error_px,
 };
 use glam::{Affine3A, Vec3};
 
@@ -95,12 +94,32 @@ pub(crate) fn step_of_walk(step: u16) -> View {
     look(perspective(1.0), eye, eye + Vec3::new(0.2, -0.1, -1.0))
 }
 
+/// Weights that change from frame to frame, by no order.
+#[derive(Clone, Copy)]
+pub(crate) struct AnyWeights(pub(crate) u64);
+
+impl Weights for AnyWeights {
+    fn revision(&self) -> u64 {
+        self.0
+    }
+
+    fn weight(&mut self, instance: InstanceId, _: bool) -> f32 {
+        // Every frame has some weights of earlier frames.
+        let seed = self.0 / (1 + instance.index() as u64 % 3);
+        let mixed = (seed + 1).wrapping_mul(instance.index() as u64 + 7);
+        let share = (mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61) as f32;
+        // Often 0 or 1.
+        (share / 4.0 - 0.4).clamp(0.0, 1.0)
+    }
+}
+
 /// A view with settings of its own, selected by a selector and one instance at a time.
 pub(crate) struct Watcher {
     pub(crate) view: View,
     pub(crate) settings: LodSettings,
+    pub(crate) weights: Option<AnyWeights>,
     selector: Selector,
-    naive: BTreeMap<InstanceId, Naive>,
+    naive: BTreeMap<InstanceId, Cut>,
     /// The cuts by the changes so far.
     followed: BTreeMap<InstanceId, Vec<u32>>,
 }
@@ -110,6 +129,7 @@ impl Watcher {
         Self {
             view,
             settings,
+            weights: None,
             selector: Selector::default(),
             naive: BTreeMap::new(),
             followed: BTreeMap::new(),
@@ -120,7 +140,14 @@ impl Watcher {
     pub(crate) fn check(&mut self, world: &World, layers: u64) {
         let (scene, settings) = (&world.scene, &self.settings);
         let view = self.view.with_layers(layers);
-        self.selector.select(scene, &view, settings);
+        match &mut self.weights {
+            Some(weights) => {
+                weights.0 += 1;
+                self.selector
+                    .select_weighed(scene, &view, settings, weights);
+            }
+            None => self.selector.select(scene, &view, settings),
+        }
         for change in self.selector.changes() {
             assert!(change.entered.is_sorted() && change.left.is_sorted());
             let cut = self.followed.entry(change.instance).or_default();
@@ -133,8 +160,6 @@ impl Watcher {
         let sees = |id: &InstanceId| world.placed.get(id).is_some_and(|p| p.layers & layers != 0);
         self.naive.retain(|id, _| sees(id));
         let wide = view.with_margins(settings);
-        let flux = settings.visible_flux;
-        let buffer = flux.map(|flux| OcclusionBuffer::new(scene, &wide, flux.occluder_triangles));
         let mut triangle_count = 0;
         for (id, placed) in &world.placed {
             let units = self.selector.units(scene, *id);
@@ -143,114 +168,50 @@ impl Watcher {
                 continue;
             }
             let naive = self.naive.entry(*id).or_default();
-            let seen = buffer.as_ref().map(|b| b.visible_shares(scene, *id));
-            naive.select(placed, &wide, settings, seen.as_deref());
-            assert_eq!(units, naive.cut.units());
-            assert_eq!(self.followed.get(id).unwrap(), naive.cut.units());
-            triangle_count += naive.cut.triangle_count();
+            let weight = self
+                .weights
+                .map_or(1.0, |mut weights| weights.weight(*id, false));
+            select_naively(naive, placed, &wide, settings, weight);
+            assert_eq!(units, naive.units());
+            assert_eq!(self.followed.get(id).unwrap(), naive.units());
+            triangle_count += naive.triangle_count();
         }
         assert_eq!(self.followed.len(), self.naive.len());
         assert_eq!(self.selector.triangle_count(), triangle_count);
     }
 }
 
-/// The specification of one instance, with its last cut and its held shares.
-#[derive(Default)]
-struct Naive {
-    cut: Cut,
-    shares: Vec<HeldShare>,
-}
-
-impl Naive {
-    fn select(
-        &mut self,
-        placed: &Placed,
-        view: &View,
-        settings: &LodSettings,
-        seen: Option<&[f32]>,
-    ) {
-        let hierarchy = &hierarchies()[placed.mesh];
-        if let Some(level) = settings.forced_level {
-            let error_px = |group: usize| {
-                if hierarchy.groups[group].level >= level {
-                    f32::INFINITY
-                } else {
-                    0.0
-                }
-            };
-            return select_with(hierarchy, &LodSettings::default(), &mut self.cut, error_px);
-        }
-        let mut before = self.cut.refined().to_vec();
-        before.resize(hierarchy.groups.len(), false);
-        let shares = match (seen, &settings.visible_flux) {
-            (Some(seen), Some(flux)) => self.update_shares(hierarchy, &before, seen, flux),
-            _ => vec![1.0; before.len()],
-        };
-        let instance = InstanceView::new(view, &placed.placement);
-        // A bias divides the threshold, as the resolution scale does.
-        let biased = LodSettings {
-            resolution_scale: settings.resolution_scale * placed.bias,
-            ..*settings
-        };
-        select_with(hierarchy, &biased, &mut self.cut, |index| {
-            let group = &hierarchy.groups[index];
-            visible_error_px(group, &instance, settings, before[index], shares[index])
-        });
-    }
-
-    /// Updates the held shares, and returns the share of each group for the criterion.
-    fn update_shares(
-        &mut self,
-        hierarchy: &Hierarchy,
-        before: &[bool],
-        seen: &[f32],
-        flux: &VisibleFlux,
-    ) -> Vec<f32> {
-        let last = before.len() - 1;
-        let is_whole = hierarchy.groups.len() == hierarchy.units.len();
-        self.shares.resize(before.len(), HeldShare::default());
-        let update = |(group, held): (usize, &mut HeldShare)| {
-            // A mesh that is drawn as a whole holds one share for all refined levels.
-            let was_refined = if is_whole {
-                before[..last].contains(&true)
+/// The specification of one instance, from its last cut.
+fn select_naively(
+    cut: &mut Cut,
+    placed: &Placed,
+    view: &View,
+    settings: &LodSettings,
+    weight: f32,
+) {
+    let hierarchy = &hierarchies()[placed.mesh];
+    if let Some(level) = settings.forced_level {
+        let error_px = |group: usize| {
+            if hierarchy.groups[group].level >= level {
+                f32::INFINITY
             } else {
-                before[group]
-            };
-            held.update(seen[group], was_refined, flux.hold_frames);
-            let share = if is_whole && !before[group] {
-                seen[group]
-            } else {
-                held.share
-            };
-            share.max(flux.least_share).min(1.0)
+                0.0
+            }
         };
-        self.shares.iter_mut().enumerate().map(update).collect()
+        return select_with(hierarchy, &LodSettings::default(), cut, error_px);
     }
-}
-
-/// The held share of a group.
-#[derive(Clone, Copy, Default)]
-struct HeldShare {
-    share: f32,
-    peak: f32,
-    waited: u8,
-}
-
-impl HeldShare {
-    /// A larger share counts at once. A smaller one counts after some frames if the group was refined.
-    fn update(&mut self, seen: f32, was_refined: bool, hold_frames: u8) {
-        if seen >= self.share || !was_refined {
-            (self.share, self.waited) = (seen, 0);
-            return;
-        }
-        self.peak = match self.waited {
-            0 => seen,
-            _ => seen.max(self.peak),
-        };
-        if self.waited >= hold_frames {
-            (self.share, self.waited) = (self.peak, 0);
-        } else {
-            self.waited += 1;
-        }
-    }
+    let mut before = cut.refined().to_vec();
+    before.resize(hierarchy.groups.len(), false);
+    let instance = InstanceView::new(view, &placed.placement);
+    // A bias divides the threshold, as the resolution scale does.
+    let biased = LodSettings {
+        resolution_scale: settings.resolution_scale * placed.bias,
+        ..*settings
+    };
+    // Above 0, because 0 times an infinite error is NaN.
+    let weight = weight.max(f32::MIN_POSITIVE);
+    select_with(hierarchy, &biased, cut, |index| {
+        let group = &hierarchy.groups[index];
+        weighed_error_px(group, &instance, settings, before[index], weight)
+    });
 }

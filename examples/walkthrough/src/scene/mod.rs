@@ -93,6 +93,7 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
         })
         .add_plugins((
             FieldLodPlugin,
+            FieldLodVisibleFluxPlugin,
             FieldLodDebugPlugin,
             sky::plugin,
             cameras::plugin,

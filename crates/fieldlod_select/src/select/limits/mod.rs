@@ -4,7 +4,6 @@ pub(crate) mod keep_test;
 pub(crate) mod limit_columns;
 
 use crate::criterion::limits::Limits;
-use crate::hidden::held_shares::LevelShare;
 use crate::scene::InstanceId;
 use crate::scene::columns::truncate;
 use crate::select::cuts::SceneCuts;
@@ -78,9 +77,6 @@ impl SceneCuts {
             // The units of the previous instance in the slot leave.
             self.change_state(frame, slot, InstanceState::Empty);
             self.memories[slot].instance = occupant.id;
-            if let Some(share) = self.level_shares.get_mut(slot) {
-                *share = LevelShare::default();
-            }
         }
         let seen = occupant.seen_mesh(frame.view.layers);
         let state = self.memories[slot].state;

@@ -1,18 +1,14 @@
 //! Chooses the instances that are drawn into the depth image. Large instances are drawn by triangles of a coarse level,
 //! small instances by points.
 
+use camera_field::{FieldOfView, SeenSphere};
+use fieldlod_select::lanes::Eight;
+use fieldlod_select::{PlacedInstance, Scene, View};
 use glam::{Mat3, Vec3};
 
-use super::ImagePlane;
-use super::occluder::{OccluderPart, parts_in_view};
-use super::surface_samples::MESH_SAMPLES;
-use crate::lanes::bits::LANES;
-use crate::lanes::{Eight, larger, smaller, with_avx2};
-use crate::scene::columns::sphere_at;
-use crate::scene::table::GroupTable;
-use crate::scene::{MeshId, Scene};
-use crate::view::View;
-use crate::view::sides::LensSides;
+use crate::image_plane::ImagePlane;
+use crate::occluder::{Occluder, OccluderPart, Occluders, parts_in_view};
+use crate::surface_samples::MESH_SAMPLES;
 
 // The constants were measured in a walk of 240 frames among 10,000 rocks, with a ground and without: triangles that the
 // view draws, and the time of the depth image.
@@ -52,8 +48,7 @@ struct Fineness {
 /// An instance that may hide others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    pub(crate) instance: u32,
-    pub(crate) mesh: MeshId,
+    pub(crate) placed: PlacedInstance,
     /// Approximate area of the instance's sphere in texels.
     area: f32,
 }
@@ -70,26 +65,26 @@ impl Candidate {
     /// rest is too small.
     pub(crate) fn drawn_by<'a>(
         &self,
-        table: &'a GroupTable,
+        occluder: &'a Occluder,
         plane: &ImagePlane,
         linear: &Mat3,
         origin: Vec3,
         rest: u32,
     ) -> Option<DrawnBy<'a>> {
-        let fineness = if table.has_one_place() {
+        let fineness = if occluder.is_whole {
             AS_A_WHOLE
         } else {
             IN_PIECES
         };
         if self.area <= fineness.largest_point_area {
             let count = ((self.area * POINTS_PER_TEXEL) as u32).min(MESH_SAMPLES);
-            let points = table.samples.of_mesh(count as usize);
+            let points = occluder.samples.first(count as usize);
             return (count / POINTS_PER_TRIANGLE <= rest).then_some(DrawnBy::Points(points));
         }
         let worth = (self.area * fineness.triangles_per_texel) as u32;
         let most = worth.min(rest / SHARE_OF_REST);
         // The finest level within that limit.
-        let mut levels = table.occluders.iter().map(|parts| {
+        let mut levels = occluder.levels.iter().map(|parts| {
             let in_view = parts_in_view(parts, plane, linear, origin);
             let count = in_view.map(|part| part.triangles.len() as u32).sum();
             (parts, count)
@@ -103,60 +98,44 @@ impl Candidate {
 pub(crate) fn list_candidates(
     scene: &Scene,
     view: &View,
+    occluders: &Occluders,
     plane: &ImagePlane,
     candidates: &mut Vec<Candidate>,
 ) {
     candidates.clear();
-    let sides = LensSides::of(&view.image_camera);
-    let columns = &scene.columns;
-    let elements = columns.spheres.iter().zip(&columns.occluder_radii);
-    with_avx2(
-        #[inline(always)]
-        || {
-            for (element, (spheres, radii)) in elements.enumerate() {
-                let mut areas = [0.0; LANES];
-                for (lane, area) in areas.iter_mut().enumerate() {
-                    *area = area_of(view, &sides, plane, sphere_at(spheres, lane), radii[lane]);
-                }
-                for (lane, &area) in areas.iter().enumerate().filter(|(_, area)| **area > 0.0) {
-                    let occupant = columns.occupants[element * LANES + lane];
-                    let seen = occupant.seen_mesh(view.layers);
-                    candidates.extend(seen.map(|mesh| Candidate {
-                        instance: occupant.id.index,
-                        mesh,
-                        area,
-                    }));
-                }
-            }
-        },
-    );
-    // Ties by the instance: the image must not depend on the order of slots.
+    let image = FieldOfView::of(view.camera());
+    let seen = scene.all_placed().filter(|placed| {
+        placed.layers & view.layers() != 0 && occluders.hiding(placed.id, placed.mesh).is_some()
+    });
+    let candidate = |placed: PlacedInstance| {
+        let center = view.in_camera(placed.sphere.center);
+        let area = area_of(
+            &image,
+            plane,
+            &SeenSphere::new(center, placed.sphere.radius),
+        );
+        (area > 0.0).then_some(Candidate { placed, area })
+    };
+    candidates.extend(seen.filter_map(candidate));
+    // Ties by the instance: the image must not depend on the order of the list.
     candidates.sort_unstable_by(|a, b| {
         let by_area = b.area.total_cmp(&a.area);
-        by_area.then(a.instance.cmp(&b.instance))
+        by_area.then(a.placed.id.cmp(&b.placed.id))
     });
 }
 
 /// Approximate area in texels of an occluder; 0 outside the view and for small occluders.
-#[inline(always)]
-fn area_of(
-    view: &View,
-    sides: &LensSides,
-    plane: &ImagePlane,
-    (center, radius): (Vec3, f32),
-    occluder_radius: f32,
-) -> f32 {
-    let from_eye = center - view.eye_in_world;
-    let is_beyond = sides.least_inside(view.camera_from_world * from_eye) + radius < 0.0;
-    let mut texels_squared = occluder_radius * occluder_radius * (plane.scale.x * plane.scale.y);
+fn area_of(image: &FieldOfView, plane: &ImagePlane, sphere: &SeenSphere) -> f32 {
+    let radius = sphere.radius;
+    let mut texels_squared = radius * radius * (plane.scale.x * plane.scale.y);
     if plane.is_perspective {
-        let gap = from_eye.dot(from_eye).sqrt() - radius;
-        let nearest = larger(gap, 0.0) + occluder_radius;
+        let nearest = (sphere.distance - radius).max(0.0) + radius;
         texels_squared /= nearest * nearest;
     }
     let is_large = texels_squared >= LEAST_RADIUS * LEAST_RADIUS;
-    let counts = is_large & !is_beyond & (occluder_radius > 0.0);
+    if !is_large || image.excludes(sphere) {
+        return 0.0;
+    }
     let area = texels_squared * std::f32::consts::PI;
-    let area = smaller(area, (plane.width * plane.height) as f32);
-    if counts { area } else { 0.0 }
+    area.min((plane.width * plane.height) as f32)
 }

@@ -6,8 +6,7 @@ use camera_field::Camera;
 use fieldlod_hierarchy::Aabb;
 use glam::{DVec3, Mat3, Vec2, Vec3};
 
-use crate::lanes::Eight;
-use crate::lanes::bits::LANES;
+use fieldlod_select::lanes::{Eight, LANES};
 
 /// Texels along the longer side of the image. In a smaller image, small instances have too few texels. In a walk among
 /// 10,000 rocks, 128 drew 1.14 times the triangles and took 0.4 of the time. 512 drew 0.92 of the triangles and took

@@ -4,41 +4,29 @@
 mod common;
 
 use camera_field::Camera;
-use common::world::{Placed, World};
-use common::{look, perspective};
+use common::{Eye, Stage, add_mesh, look, perspective, rock, settings};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-use fieldlod_select::{
-    InstanceId, LodSettings, OcclusionBuffer, Scene, Statistics, View, VisibleFlux,
-};
+use fieldlod_flux::{DepthImage, FluxSettings, Occluders};
+use fieldlod_select::{InstanceId, LodSettings, Scene, Statistics, View};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
 const HOLD_FRAMES: u8 = 6;
 
-fn settings() -> LodSettings {
-    LodSettings {
-        visible_flux: Some(VisibleFlux {
-            hold_frames: HOLD_FRAMES,
-            least_share: 0.0,
-            ..VisibleFlux::default()
-        }),
-        ..LodSettings::with_error_px(0.5)
-    }
+fn new_eye() -> Eye {
+    Eye::new(FluxSettings {
+        hold_frames: HOLD_FRAMES,
+        least_share: 0.0,
+        ..FluxSettings::default()
+    })
 }
 
 /// A wall, which is a flattened rock, and a rock behind it.
-fn world() -> (World, [InstanceId; 2]) {
-    let place = |at: Vec3, scale: Vec3| {
-        Placed::new(
-            0,
-            Affine3A::from_translation(at) * Affine3A::from_scale(scale),
-        )
-    };
-    let world = World::new(&[
-        place(Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.5, 2.5, 0.3)),
-        place(Vec3::new(0.0, 0.0, -12.0), Vec3::ONE),
-    ]);
-    let ids = world.ids().try_into().unwrap();
-    (world, ids)
+fn wall_and_rock() -> (Stage, [InstanceId; 2]) {
+    let mut stage = Stage::new();
+    let wall = stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(2.5, 2.5, 0.3));
+    let rock = stage.put(Vec3::new(0.0, 0.0, -12.0), Vec3::ONE);
+    stage.scene.update();
+    (stage, [wall, rock])
 }
 
 /// A view in which the wall hides the rock, and a view from beside the wall.
@@ -47,52 +35,52 @@ fn views() -> [View; 2] {
     [from(0.0), from(9.0)]
 }
 
-/// The units of an instance that nothing hides.
-fn seen_units(world: &World, id: InstanceId, view: &View) -> Vec<u32> {
-    let plain = LodSettings {
-        visible_flux: None,
-        ..settings()
-    };
-    world.select(view, &plain).units(&world.scene, id).to_vec()
+/// Triangles of an instance that nothing hides.
+fn seen_triangles(stage: &Stage, id: InstanceId, view: &View) -> u64 {
+    stage.triangles(&stage.select_all_visible(view), id)
 }
 
 #[test]
-fn hidden_instance_draws_under_a_quarter_of_units() {
-    let (world, [_, rock]) = world();
+fn hidden_instance_draws_under_a_quarter_of_triangles() {
+    let (stage, [_, rock]) = wall_and_rock();
     let [hiding, _] = views();
-    let selector = world.select(&hiding, &settings());
-    let hidden = selector.units(&world.scene, rock).len();
-    let seen = seen_units(&world, rock, &hiding).len();
-    assert!(hidden > 0 && hidden * 4 < seen, "{hidden} of {seen} units");
+    let mut eye = new_eye();
+    eye.select(&stage, &hiding, &settings());
+    let hidden = stage.triangles(&eye.selector, rock);
+    let seen = seen_triangles(&stage, rock, &hiding);
+    assert!(hidden > 0 && hidden * 4 < seen, "{hidden} of {seen}");
 }
 
 #[test]
 fn instance_that_appears_is_refined_in_the_same_frame() {
-    let (mut world, [wall, rock]) = world();
+    let (mut stage, [wall, rock]) = wall_and_rock();
     let [hiding, beside] = views();
-    let mut selector = world.select(&hiding, &settings());
+    let mut eye = new_eye();
+    eye.select(&stage, &hiding, &settings());
     // The camera steps to the side.
-    selector.select(&world.scene, &beside, &settings());
-    let expected = seen_units(&world, rock, &beside);
-    assert_eq!(selector.units(&world.scene, rock), expected);
+    eye.select(&stage, &beside, &settings());
+    let expected = seen_triangles(&stage, rock, &beside);
+    assert_eq!(stage.triangles(&eye.selector, rock), expected);
     // The wall is removed.
-    let mut selector = world.select(&hiding, &settings());
-    world.scene.remove(wall);
-    world.scene.update();
-    selector.select(&world.scene, &hiding, &settings());
-    let expected = seen_units(&world, rock, &hiding);
-    assert_eq!(selector.units(&world.scene, rock), expected);
+    let mut eye = new_eye();
+    eye.select(&stage, &hiding, &settings());
+    stage.remove(wall);
+    stage.scene.update();
+    eye.select(&stage, &hiding, &settings());
+    let expected = seen_triangles(&stage, rock, &hiding);
+    assert_eq!(stage.triangles(&eye.selector, rock), expected);
 }
 
 #[test]
 fn instance_that_disappears_is_coarsened_after_some_frames() {
-    let (world, [_, rock]) = world();
+    let (stage, [_, rock]) = wall_and_rock();
     let [hiding, beside] = views();
-    let mut selector = world.select(&beside, &settings());
-    let seen = selector.units(&world.scene, rock).len();
+    let mut eye = new_eye();
+    eye.select(&stage, &beside, &settings());
+    let seen = stage.triangles(&eye.selector, rock);
     let mut is_coarse = || {
-        selector.select(&world.scene, &hiding, &settings());
-        selector.units(&world.scene, rock).len() * 4 <= seen
+        eye.select(&stage, &hiding, &settings());
+        stage.triangles(&eye.selector, rock) * 4 <= seen
     };
     let first = (0..20).find(|_| is_coarse());
     assert_eq!(first, Some(usize::from(HOLD_FRAMES)));
@@ -100,28 +88,30 @@ fn instance_that_disappears_is_coarsened_after_some_frames() {
     for _ in 0..HOLD_FRAMES {
         is_coarse();
     }
-    assert_eq!(selector.statistics(), Statistics::default());
-    assert_eq!(selector.changes().count(), 0);
+    assert_eq!(eye.selector.statistics(), Statistics::default());
+    assert_eq!(eye.selector.changes().count(), 0);
 }
 
 #[test]
 fn budget_counts_hidden_instances_as_hidden() {
-    let (mut world, _) = world();
+    let (mut stage, _) = wall_and_rock();
     // A crowd behind the wall, and some beside it.
-    let place = |index: u8| {
+    for index in 0..60u8 {
         let x = f32::from(index % 10) * 0.5 - 2.5 + if index < 40 { 0.0 } else { 12.0 };
-        let at = Vec3::new(x, 0.0, -16.0 - f32::from(index / 10));
-        Placed::new(0, Affine3A::from_translation(at))
-    };
-    world.add(&(0..60).map(place).collect::<Vec<_>>());
-    world.scene.update();
+        stage.put(Vec3::new(x, 0.0, -16.0 - f32::from(index / 10)), Vec3::ONE);
+    }
+    stage.scene.update();
     let [hiding, _] = views();
-    let budget = world.select(&hiding, &settings()).triangle_count() / 2;
-    let scarce = LodSettings {
+    let triangles = |settings: &LodSettings| {
+        let mut eye = new_eye();
+        eye.select(&stage, &hiding, settings);
+        eye.selector.triangle_count()
+    };
+    let budget = triangles(&settings()) / 2;
+    let drawn = triangles(&LodSettings {
         triangle_budget: Some(budget),
         ..settings()
-    };
-    let drawn = world.select(&hiding, &scarce).triangle_count();
+    });
     assert!(
         drawn <= budget && drawn * 10 > budget * 9,
         "{drawn} of {budget}"
@@ -129,11 +119,11 @@ fn budget_counts_hidden_instances_as_hidden() {
 }
 
 /// Visible shares of a large rock, of a small one behind it and of a small one beside it.
-fn shares_from(eye: Vec3, is_occluder: bool) -> [Vec<f32>; 3] {
-    let rock = bake_mesh(&fixtures::rock(5, 1), &BakeConfig::default()).unwrap();
-    let mut scene = Scene::default();
-    let large = scene.add_mesh(&rock);
-    let small = scene.add_mesh(&rock.whole_mesh_levels().unwrap());
+fn shares_from(eye: Vec3, hides: bool) -> [f32; 3] {
+    let (mut scene, mut occluders) = (Scene::default(), Occluders::default());
+    let large = add_mesh(&mut scene, &mut occluders, rock());
+    let whole = rock().whole_mesh_levels().unwrap();
+    let small = add_mesh(&mut scene, &mut occluders, &whole);
     let ids = [
         (large, Vec3::new(0.0, 0.0, -6.0), 2.0),
         (small, Vec3::new(0.3, 0.2, -12.0), 0.5),
@@ -144,28 +134,22 @@ fn shares_from(eye: Vec3, is_occluder: bool) -> [Vec<f32>; 3] {
         let place = Affine3A::from_scale_rotation_translation(Vec3::splat(size), turn, at);
         scene.add_instance(mesh, place, 1.0)
     });
-    scene.set_occluder(ids[0], is_occluder);
+    occluders.set_hides(ids[0], hides);
     scene.update();
     let view = look(perspective(0.85), eye, eye - Vec3::Z);
-    let buffer = OcclusionBuffer::new(&scene, &view, 8000);
-    ids.map(|id| buffer.visible_shares(&scene, id))
+    let image = DepthImage::new(&scene, &view, &occluders, 8000);
+    ids.map(|id| image.visible_share(&occluders, &scene.placed(id).unwrap()))
 }
 
 #[test]
 fn large_occluder_hides_what_is_behind_it() {
-    let [large, behind, beside] = shares_from(Vec3::ZERO, true);
-    assert!(behind.iter().all(|&share| share < 1e-6));
-    assert!(beside.iter().all(|&share| share == 1.0));
-    // The near side of the rock hides its far side, except for groups that reach around.
-    assert!(large.contains(&1.0) && large.iter().any(|&share| share < 0.5));
+    assert_eq!(shares_from(Vec3::ZERO, true), [1.0, 0.0, 1.0]);
 }
 
 #[test]
 fn excluded_occluder_and_eye_of_nan_hide_nothing() {
-    let [_, behind, _] = shares_from(Vec3::ZERO, false);
-    assert!(behind.iter().all(|&share| share == 1.0));
-    let of_nan = shares_from(Vec3::NAN, true).concat();
-    assert!(of_nan.iter().all(|&share| share == 1.0));
+    assert_eq!(shares_from(Vec3::ZERO, false), [1.0; 3]);
+    assert_eq!(shares_from(Vec3::NAN, true), [1.0; 3]);
 }
 
 /// The depth at which a ray from the eye, of depth 1, meets a ball.
@@ -182,9 +166,9 @@ fn depth_of_ball(ray: Vec3, center: Vec3, radius: f32) -> f32 {
 #[test]
 fn depth_image_equals_the_depths_of_rays() {
     let bake = |mesh| bake_mesh(&mesh, &BakeConfig::default()).unwrap();
-    let mut scene = Scene::default();
-    let ball = scene.add_mesh(&bake(fixtures::icosphere(5)));
-    let ground = scene.add_mesh(&bake(fixtures::plane(32)));
+    let (mut scene, mut occluders) = (Scene::default(), Occluders::default());
+    let ball = add_mesh(&mut scene, &mut occluders, &bake(fixtures::icosphere(5)));
+    let ground = add_mesh(&mut scene, &mut occluders, &bake(fixtures::plane(32)));
     let mut put = |mesh, at: Vec3, scale: Vec3| {
         let placement = Affine3A::from_translation(at) * Affine3A::from_scale(scale);
         scene.add_instance(mesh, placement, 1.0);
@@ -201,7 +185,7 @@ fn depth_image_equals_the_depths_of_rays() {
     put(ground, Vec3::new(-3000.0, -1.0, -3000.0), size);
     scene.update();
     let view = View::new(perspective(1.0), &Affine3A::IDENTITY);
-    let buffer = OcclusionBuffer::new(&scene, &view, u32::MAX);
+    let buffer = DepthImage::new(&scene, &view, &occluders, u32::MAX);
     let size = Vec2::new(256.0, 144.0);
     let Camera::Perspective(lens) = view.camera() else {
         unreachable!("the camera is a perspective");

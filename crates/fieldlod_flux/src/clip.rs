@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 
-use super::image_plane::ImagePlane;
+use crate::image_plane::ImagePlane;
 
 /// A corner of a triangle.
 #[derive(Clone, Copy, Debug)]

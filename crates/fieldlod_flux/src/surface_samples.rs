@@ -1,25 +1,17 @@
-//! Points spread evenly over the surface of a mesh, and over the surface of each group.
+//! Points spread evenly over the surface of a mesh.
 //!
 //! The first points of a list are spread as evenly as all of them, so that a small instance uses few points.
 
-use fieldlod_hierarchy::{Hierarchy, Unit};
+use fieldlod_hierarchy::Hierarchy;
+use fieldlod_select::lanes::{Eight, LANES};
 use glam::Vec3;
 
-use crate::lanes::Eight;
-use crate::lanes::bits::LANES;
-
-/// Points of a mesh and of a group. Points of a mesh are enough for occluders of up to 4,096 texels; larger occluders
-/// have fewer points per texel. Points of a group are one element of lanes.
+/// Points of a mesh. They are enough for occluders of up to 4,096 texels; larger occluders have fewer points per texel.
 pub(crate) const MESH_SAMPLES: u32 = 2048;
-pub(crate) const GROUP_SAMPLES: usize = 8;
 
-/// Points of a mesh and of its groups, eight to an element.
+/// Points of a mesh, eight to an element.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct SurfaceSamples {
-    mesh: Vec<Eight<3>>,
-    /// One element for each group.
-    groups: Vec<Eight<3>>,
-}
+pub(crate) struct SurfaceSamples(Vec<Eight<3>>);
 
 impl SurfaceSamples {
     /// Empty if the hierarchy has no geometry.
@@ -27,41 +19,23 @@ impl SurfaceSamples {
         if hierarchy.unit_vertices.is_empty() {
             return Self::default();
         }
-        let source: Vec<&Unit> = hierarchy
-            .source_units()
-            .map(|unit| &hierarchy.units[unit])
-            .collect();
-        let groups = hierarchy.groups.iter().map(|group| {
-            let units: Vec<&Unit> = hierarchy.units[group.units()].iter().collect();
-            // One element for each group; NaN for a group without area.
-            let samples = in_lanes(&samples_of(hierarchy, &units, GROUP_SAMPLES as u32));
-            samples
-                .first()
-                .copied()
-                .unwrap_or(Eight::splat([f32::NAN; 3]))
-        });
-        Self {
-            groups: groups.collect(),
-            mesh: in_lanes(&samples_of(hierarchy, &source, MESH_SAMPLES)),
-        }
+        let points = samples_of(hierarchy, MESH_SAMPLES);
+        let in_lanes = points.iter().map(Vec3::to_array);
+        Self(Eight::list(in_lanes, points.len() / LANES))
     }
 
-    /// The first `count` points of the mesh, rounded up to full elements.
-    pub(crate) fn of_mesh(&self, count: usize) -> &[Eight<3>] {
-        &self.mesh[..count.div_ceil(LANES).min(self.mesh.len())]
-    }
-
-    pub(crate) fn of_group(&self, group: usize) -> &[Eight<3>] {
-        self.groups.get(group..=group).unwrap_or(&[])
+    /// The first `count` points, rounded up to full elements.
+    pub(crate) fn first(&self, count: usize) -> &[Eight<3>] {
+        &self.0[..count.div_ceil(LANES).min(self.0.len())]
     }
 }
 
 /// `count` points, one in each equal part of the area; none without area. `count` is a power of two.
-fn samples_of(hierarchy: &Hierarchy, units: &[&Unit], count: u32) -> Vec<Vec3> {
+fn samples_of(hierarchy: &Hierarchy, count: u32) -> Vec<Vec3> {
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
+    let units = hierarchy.source_units();
     let triangles: Vec<[Vec3; 3]> = units
-        .iter()
-        .flat_map(|unit| hierarchy.triangles_of(unit))
+        .flat_map(|unit| hierarchy.triangles_of(&hierarchy.units[unit]))
         .map(|triangle| triangle.map(corner))
         .collect();
     let area_of = |[a, b, c]: &[Vec3; 3]| (*b - *a).cross(*c - *a).length();
@@ -101,8 +75,4 @@ fn point_in([a, b, c]: &[Vec3; 3], sample: u32) -> Vec3 {
         (u, v)
     };
     *a + (*b - *a) * u + (*c - *a) * v
-}
-
-fn in_lanes(points: &[Vec3]) -> Vec<Eight<3>> {
-    Eight::list(points.iter().map(Vec3::to_array), points.len() / LANES)
 }

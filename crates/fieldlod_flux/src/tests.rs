@@ -1,17 +1,24 @@
 //! The depth image against a naive one.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use camera_field::{Camera, Intrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2};
+use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2, Vec3};
 use proptest::prelude::*;
 
-use super::screen_triangle::ScreenTriangle;
-use super::texels::NOBODY;
-use super::*;
-use crate::scene::MeshId;
+use fieldlod_hierarchy::Sphere;
+use fieldlod_select::lanes::{Eight, LANES};
+use fieldlod_select::{MeshId, Scene, View};
+
+use crate::choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE};
+use crate::clip::{Corner, clipped_parts};
+use crate::depth_image::{DepthImage, STRETCH};
+use crate::image_plane::ImagePlane;
+use crate::occluder::{Occluder, Occluders};
+use crate::screen_triangle::ScreenTriangle;
+use crate::texels::{NOBODY, Texels};
 
 /// An image: the nearness and the owner of each texel.
 type Image = (Vec<f32>, Vec<u32>);
@@ -19,8 +26,8 @@ type Image = (Vec<f32>, Vec<u32>);
 /// Draws every texel of every triangle and point, one by one, within `triangles` triangles. If `skips_covered`, an
 /// instance behind nearer surfaces is left out.
 fn naive_image(
-    scene: &Scene,
-    buffer: &OcclusionBuffer,
+    occluders: &Occluders,
+    buffer: &DepthImage,
     triangles: u32,
     skips_covered: bool,
 ) -> Image {
@@ -28,10 +35,10 @@ fn naive_image(
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
     let mut drawn_points = 0;
     for candidate in &buffer.candidates {
-        let sphere = &scene.instances[candidate.instance as usize].sphere;
+        let sphere = &candidate.placed.sphere;
         if !(skips_covered && is_covered(buffer, &image.0, sphere)) {
             let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
-            drawn_points += draw_naively(scene, buffer, candidate, rest, &mut image);
+            drawn_points += draw_naively(occluders, buffer, candidate, rest, &mut image);
         }
     }
     assert!(drawn_points / POINTS_PER_TRIANGLE <= triangles);
@@ -39,8 +46,8 @@ fn naive_image(
 }
 
 /// Whether all texels around a sphere are nearer than the sphere.
-fn is_covered(buffer: &OcclusionBuffer, nearness: &[f32], sphere: &Sphere) -> bool {
-    let center = buffer.view.camera_from_world * (sphere.center - buffer.view.eye_in_world);
+fn is_covered(buffer: &DepthImage, nearness: &[f32], sphere: &Sphere) -> bool {
+    let center = buffer.view.in_camera(sphere.center);
     let place = buffer.plane.rectangle(center, sphere.radius);
     place.is_some_and(|place| {
         let mut rows = place.rows.clone();
@@ -53,23 +60,25 @@ fn is_covered(buffer: &OcclusionBuffer, nearness: &[f32], sphere: &Sphere) -> bo
 
 /// Draws one instance. Returns its cost in points.
 fn draw_naively(
-    scene: &Scene,
-    buffer: &OcclusionBuffer,
+    occluders: &Occluders,
+    buffer: &DepthImage,
     candidate: &Candidate,
     rest: u32,
     (image, owners): &mut Image,
 ) -> u32 {
     let (plane, texels) = (&buffer.plane, image.len());
+    let placed = &candidate.placed;
+    let owner = placed.id.index() as u32;
     let mut keep = |texel: usize, nearness: f32| {
         let is_nearer = image[texel] < nearness;
         if is_nearer {
-            (image[texel], owners[texel]) = (nearness, candidate.instance);
+            (image[texel], owners[texel]) = (nearness, owner);
         }
         is_nearer
     };
-    let placement = &scene.instances[candidate.instance as usize].world_from_local;
-    let (linear, origin) = camera_from_local(&buffer.view, placement);
-    match candidate.drawn_by(scene.table(candidate.mesh), plane, &linear, origin, rest) {
+    let (linear, origin) = buffer.view.camera_from_local(&placed.world_from_local);
+    let occluder = occluders.of_mesh(placed.mesh).unwrap();
+    match candidate.drawn_by(occluder, plane, &linear, origin, rest) {
         // Parts outside the image are drawn as well.
         Some(DrawnBy::Level(parts, triangle_count)) => {
             let mut corners = Vec::new();
@@ -143,19 +152,6 @@ fn around_texel(plane: &ImagePlane, corners: [Vec3; 3], x: f64, y: f64) -> (bool
     )
 }
 
-/// The least of a texel and its neighbours.
-fn naive_shrunk(buffer: &OcclusionBuffer, texel: usize) -> f32 {
-    let (width, height) = (buffer.plane.width, buffer.plane.height);
-    let (x, y) = (texel % width, texel / width);
-    let mut least = f32::INFINITY;
-    for y in y.saturating_sub(1)..(y + 2).min(height) {
-        for x in x.saturating_sub(1)..(x + 2).min(width) {
-            least = least.min(buffer.texels.nearness[y * width + x]);
-        }
-    }
-    least
-}
-
 fn camera() -> Camera {
     Camera::Perspective(Intrinsics::centered(200.0, Vec2::new(320.0, 180.0)))
 }
@@ -165,8 +161,12 @@ fn view(eye: Vec3, turn: Quat) -> View {
 }
 
 /// A rock in pieces, a rock as a whole, and a rock with positions of NaN and triangles without area.
-fn meshes(scene: &mut Scene) -> [MeshId; 3] {
-    std::array::from_fn(|index| scene.add_mesh(&baked()[index]))
+fn meshes(scene: &mut Scene, occluders: &mut Occluders) -> [MeshId; 3] {
+    std::array::from_fn(|index| {
+        let mesh = scene.add_mesh(&baked()[index]);
+        occluders.set_mesh(mesh, Some(Arc::new(Occluder::new(&baked()[index]))));
+        mesh
+    })
 }
 
 fn baked() -> &'static [Hierarchy; 3] {
@@ -204,7 +204,8 @@ proptest! {
         budget in prop_oneof![2 => 0u32..6000, 1 => Just(u32::MAX)],
     ) {
         let mut scene = Scene::default();
-        let meshes = meshes(&mut scene);
+        let mut occluders = Occluders::default();
+        let meshes = meshes(&mut scene, &mut occluders);
         // In front of the eye, behind it and around it; mirrored and flat. The first one hides many others.
         scene.add_instance(meshes[0], place(Vec3::Z * -5.0, Vec3::splat(2.0)), 1.0);
         for (mesh, at, scale) in placed {
@@ -212,14 +213,14 @@ proptest! {
             scene.add_instance(meshes[mesh], place(at, Vec3::from(scale)), 1.0);
         }
         scene.update();
-        let buffer = OcclusionBuffer::new(&scene, &view(Vec3::ZERO, Quat::from_rotation_z(turn)), budget);
-        let image = naive_image(&scene, &buffer, budget, true);
+        let view = view(Vec3::ZERO, Quat::from_rotation_z(turn));
+        let buffer = DepthImage::new(&scene, &view, &occluders, budget);
+        let image = naive_image(&occluders, &buffer, budget, true);
         let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
         prop_assert_eq!(bits(&buffer.texels.nearness), bits(&image.0));
         prop_assert_eq!(&buffer.texels.owners, &image.1);
-        prop_assert!((0..image.0.len()).all(|texel| buffer.shrunk[texel] == naive_shrunk(&buffer, texel)));
         if budget == u32::MAX {
-            let all = naive_image(&scene, &buffer, budget, false);
+            let all = naive_image(&occluders, &buffer, budget, false);
             prop_assert_eq!(&buffer.texels.nearness, &all.0);
         }
     }

@@ -4,67 +4,24 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::{hierarchies, look, perspective};
-use fieldlod_select::{InstanceId, LodSettings, MeshId, Scene, Selector, View, VisibleFlux};
+use common::{Eye, Stage, look, perspective, placed, settings};
+use fieldlod_select::{InstanceId, Selector, View};
 use glam::{Affine3A, Quat, Vec3};
 
 /// A unit that comes back within this number of frames counts as a flip.
 const FLIP_FRAMES: usize = 5;
 const FRAMES: usize = 240;
 
-fn settings() -> LodSettings {
-    LodSettings {
-        visible_flux: Some(VisibleFlux::default()),
-        ..LodSettings::with_error_px(0.5)
-    }
+fn put_wall(stage: &mut Stage) -> InstanceId {
+    stage.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3))
 }
 
-/// A scene of rocks, some of them stretched into walls and posts.
-struct Stage {
-    scene: Scene,
-    mesh: MeshId,
-    ids: Vec<InstanceId>,
-}
-
-impl Stage {
-    fn new() -> Self {
-        let mut scene = Scene::default();
-        let mesh = scene.add_mesh(&hierarchies()[0]);
-        let ids = Vec::new();
-        Self { scene, mesh, ids }
+/// Adds a row of rocks at a depth.
+fn put_row(stage: &mut Stage, depth: f32) {
+    for index in 0..9u8 {
+        let x = (f32::from(index) - 4.0) * 3.0;
+        stage.put(Vec3::new(x, 0.0, -depth), Vec3::ONE);
     }
-
-    fn put(&mut self, at: Vec3, half_size: Vec3) -> InstanceId {
-        let placement = placed(at, half_size);
-        let id = self.scene.add_instance(self.mesh, placement, 1.0);
-        self.ids.push(id);
-        id
-    }
-
-    fn put_wall(&mut self) -> InstanceId {
-        self.put(Vec3::new(0.0, 0.0, -5.0), Vec3::new(3.0, 3.0, 0.3))
-    }
-
-    /// Adds a row of rocks at a depth.
-    fn put_row(&mut self, depth: f32) {
-        for index in 0..9u8 {
-            let x = (f32::from(index) - 4.0) * 3.0;
-            self.put(Vec3::new(x, 0.0, -depth), Vec3::ONE);
-        }
-    }
-
-    /// Triangles that an instance draws.
-    fn triangles(&self, selector: &Selector, id: InstanceId) -> u64 {
-        let units = &hierarchies()[0].units;
-        let drawn = selector.units(&self.scene, id).iter();
-        drawn
-            .map(|&unit| u64::from(units[unit as usize].triangle_count))
-            .sum()
-    }
-}
-
-fn placed(at: Vec3, half_size: Vec3) -> Affine3A {
-    Affine3A::from_translation(at) * Affine3A::from_scale(half_size)
 }
 
 /// Counts units that leave the cut and soon come back.
@@ -93,28 +50,23 @@ impl Flips {
 /// Selects and checks the frames of a path. In some frame, an instance must have less than half of the triangles that
 /// it has without visible flux.
 fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
-    let counting_all = LodSettings {
-        visible_flux: None,
-        ..settings()
-    };
-    let [mut selector, mut plain] = [Selector::default(), Selector::default()];
+    let (mut eye, mut plain) = (Eye::default(), Selector::default());
     let [mut flips, mut plain_flips] = [Flips::default(), Flips::default()];
     let mut coarser = 0;
     for index in 0..FRAMES {
         let view = frame(index, &mut stage);
         stage.scene.update();
-        selector.select(&stage.scene, &view, &settings());
-        plain.select(&stage.scene, &view, &counting_all);
-        flips.add_frame(index, &selector);
+        eye.select(&stage, &view, &settings());
+        plain.select(&stage.scene, &view, &settings());
+        flips.add_frame(index, &eye.selector);
         plain_flips.add_frame(index, &plain);
         // A fully visible instance has at least the triangles that it has without visible flux.
-        let mut fresh = Selector::default();
-        fresh.select(&stage.scene, &view, &counting_all);
-        let buffer = selector.occlusion().unwrap();
+        let fresh = stage.select_all_visible(&view);
+        let image = eye.flux.depth_image().unwrap();
         for &id in &stage.ids {
-            let [now, fully] = [&selector, &fresh].map(|of| stage.triangles(of, id));
-            let shares = buffer.visible_shares(&stage.scene, id);
-            let is_seen = shares.iter().all(|&share| share == 1.0);
+            let [now, fully] = [&eye.selector, &fresh].map(|of| stage.triangles(of, id));
+            let placed = stage.scene.placed(id).unwrap();
+            let is_seen = image.visible_share(&stage.occluders, &placed) == 1.0;
             assert!(now >= fully || !is_seen, "frame {index}: {now} of {fully}");
             coarser += usize::from(now * 2 < fully);
         }
@@ -149,8 +101,8 @@ fn row_behind_wall_does_not_flicker() {
     ];
     for path in paths {
         let mut stage = Stage::new();
-        stage.put_wall();
-        stage.put_row(14.0);
+        put_wall(&mut stage);
+        put_row(&mut stage, 14.0);
         play(stage, |frame, _| path(frame));
     }
 }
@@ -160,7 +112,7 @@ fn row_behind_opening_door_does_not_flicker() {
     let mut stage = Stage::new();
     let half_size = Vec3::new(3.0, 3.0, 0.2);
     let door = stage.put(Vec3::new(0.0, 0.0, -5.0), half_size);
-    stage.put_row(14.0);
+    put_row(&mut stage, 14.0);
     // The door turns about its left edge.
     play(stage, |frame, stage| {
         let turn = Quat::from_rotation_y(frame as f32 * 0.01);
@@ -178,7 +130,7 @@ fn row_behind_fence_does_not_flicker() {
         let x = f32::from(post) * 0.5 - 10.0;
         stage.put(Vec3::new(x, 0.0, -3.0), Vec3::new(0.18, 2.0, 0.18));
     }
-    stage.put_row(14.0);
+    put_row(&mut stage, 14.0);
     // 1.4 m/s at 60 Hz.
     play(stage, |frame, _| {
         ahead(Vec3::X * (frame as f32 * 0.0233 - 2.8))
@@ -192,7 +144,7 @@ fn row_behind_ridge_does_not_flicker() {
         let x = (f32::from(hill) - 2.0) * 5.0;
         stage.put(Vec3::new(x, -2.4, -6.0), Vec3::new(5.0, 3.0, 1.5));
     }
-    stage.put_row(20.0);
+    put_row(&mut stage, 20.0);
     // Head-bob twice a second uncovers and hides rocks of the row.
     play(stage, |frame, _| {
         let height = 0.1 + sway(frame, 30) * 0.12;
@@ -221,15 +173,14 @@ fn rocks_behind_walls_do_not_flicker_on_turns() {
 #[test]
 fn row_behind_removed_wall_does_not_flicker() {
     let mut stage = Stage::new();
-    stage.put_row(14.0);
+    put_row(&mut stage, 14.0);
     let mut wall = None;
     play(stage, |frame, stage| {
         if frame.is_multiple_of(80) {
-            wall = Some(stage.put_wall());
+            wall = Some(put_wall(stage));
         }
         if let Some(id) = wall.take_if(|_| frame % 80 == 60) {
-            stage.scene.remove(id);
-            stage.ids.retain(|&other| other != id);
+            stage.remove(id);
         }
         ahead(Vec3::ZERO)
     });

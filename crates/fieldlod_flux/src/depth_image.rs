@@ -1,113 +1,88 @@
-//! Visible flux: the visible shares of instances and groups, by a small depth image of the view. The CPU draws the
-//! image from coarse levels of large instances and points of small instances.
+//! A small depth image of a view, drawn on the CPU from coarse levels of large instances and points of small instances.
 //!
-//! The flux of the camera-sampling field is over the *visible* surface (P.-H. Lin and T.-Y. Lee, eq. 8). Hasselgren,
-//! Andersson and Akenine-Möller, "Masked Software Occlusion Culling" (2016), draw a similar image to cull. Here nothing
-//! is culled: the image weighs errors, and hidden instances are drawn at coarser levels.
-//!
-//! # Conventions
 //! A texel holds the *nearness* of the nearest surface: `1/z` in a perspective view, which is linear over a triangle in
 //! the image, `−z` in an orthographic one; `−∞` without a surface. The front faces of an occluder fill the texels whose
 //! centres they cover. This is an estimate, which may be too large or too small.
-//!
-//! Eight texels at once have the same bits as one at a time.
-
-mod choice;
-mod clip;
-pub(crate) mod held_shares;
-mod image_plane;
-pub(crate) mod occluder;
-mod queries;
-mod screen_triangle;
-pub(crate) mod shares;
-pub(crate) mod surface_samples;
-#[cfg(test)]
-mod tests;
-mod texels;
 
 use fieldlod_hierarchy::Sphere;
+use fieldlod_select::lanes::{Eight, LANES, with_avx2};
+use fieldlod_select::{Scene, View};
 use glam::{Mat3, Vec3};
 
-use crate::lanes::bits::LANES;
-use crate::lanes::{Eight, smaller, with_avx2};
-use crate::scene::Scene;
-use crate::view::{View, camera_from_local};
-use choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, list_candidates};
-use clip::{Corner, clipped_parts};
-use image_plane::ImagePlane;
-use occluder::{OccluderPart, parts_in_view};
-use texels::Texels;
+use crate::choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE, list_candidates};
+use crate::clip::{Corner, clipped_parts};
+use crate::image_plane::ImagePlane;
+use crate::occluder::{OccluderPart, Occluders, parts_in_view};
+use crate::texels::Texels;
 
 /// Elements of eight points that are drawn between two tests whether any of them is in front. In a walk among 10,000
 /// rocks, 4 elements ended visible instances early, for 1.0005 times the triangles; 16 took as long and changed less.
-const STRETCH: usize = 8;
+pub(crate) const STRETCH: usize = 8;
 
 /// The depth image of one view.
 #[derive(Clone, Debug)]
-pub struct OcclusionBuffer {
-    view: View,
-    /// Revision of the scene and triangle budget of the image; `None` before it is drawn.
-    drawn: Option<(u64, u32)>,
-    plane: ImagePlane,
-    texels: Texels,
-    /// The least nearness of each texel and its two neighbours in the row.
-    shrunk_in_rows: Vec<f32>,
-    /// The least nearness of each texel and its eight neighbours. With the nearness of one texel, a slanted surface
-    /// would hide parts of itself.
-    shrunk: Vec<f32>,
+pub struct DepthImage {
+    pub(crate) view: View,
+    /// Revisions of the scene and of the occluders, and triangle budget of the image; `None` before it is drawn.
+    drawn: Option<[u64; 3]>,
+    pub(crate) plane: ImagePlane,
+    pub(crate) texels: Texels,
     /// Reused buffers: instances that may be drawn, and corners of the occluder that is being drawn.
-    candidates: Vec<Candidate>,
+    pub(crate) candidates: Vec<Candidate>,
     corners: Vec<Corner>,
 }
 
-impl OcclusionBuffer {
+impl DepthImage {
     /// Draws the occluders of a scene in a view, with up to `triangles` triangles.
     #[must_use]
-    pub fn new(scene: &Scene, view: &View, triangles: u32) -> Self {
-        let mut buffer = Self {
+    pub fn new(scene: &Scene, view: &View, occluders: &Occluders, triangles: u32) -> Self {
+        let mut image = Self {
             view: *view,
             drawn: None,
-            plane: ImagePlane::new(&view.image_camera),
+            plane: ImagePlane::new(view.camera()),
             texels: Texels::default(),
-            shrunk_in_rows: Vec::new(),
-            shrunk: Vec::new(),
             candidates: Vec::new(),
             corners: Vec::new(),
         };
-        buffer.update(scene, view, triangles);
-        buffer
+        image.update(scene, view, occluders, triangles);
+        image
     }
 
-    /// Draws the image again if the view, the scene or the budget has changed.
-    pub(crate) fn update(&mut self, scene: &Scene, view: &View, triangles: u32) {
-        let wanted = Some((scene.revision, triangles));
+    /// Draws the image again, and returns `true`, if the view, the scene, the occluders or the budget have changed.
+    pub(crate) fn update(
+        &mut self,
+        scene: &Scene,
+        view: &View,
+        occluders: &Occluders,
+        triangles: u32,
+    ) -> bool {
+        let wanted = Some([scene.revision(), occluders.revision, u64::from(triangles)]);
         // A view of NaN does not equal itself.
         if self.drawn == wanted && self.view == *view {
-            return;
+            return false;
         }
         (self.view, self.drawn) = (*view, wanted);
-        self.plane = ImagePlane::new(&view.image_camera);
+        self.plane = ImagePlane::new(view.camera());
         self.texels.clear(self.plane.width, self.plane.height);
         let mut candidates = std::mem::take(&mut self.candidates);
-        list_candidates(scene, view, &self.plane, &mut candidates);
+        list_candidates(scene, view, occluders, &self.plane, &mut candidates);
         let mut drawn_points = 0;
         for candidate in &candidates {
             // An occluder behind other occluders hides nothing more.
-            if !self.covers(&scene.instances[candidate.instance as usize].sphere) {
+            if !self.covers(&candidate.placed.sphere) {
                 let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
                 drawn_points += with_avx2(
                     #[inline(always)]
-                    || self.draw(scene, candidate, rest),
+                    || self.draw(occluders, candidate, rest),
                 );
             }
         }
         self.candidates = candidates;
-        self.shrink();
+        true
     }
 
     /// Nearness of each texel, row by row from the upper left: `1/z` in a perspective view, `−z` in an orthographic
     /// one, `−∞` without a surface.
-    #[cfg(any(test, feature = "test-support"))]
     #[must_use]
     pub fn nearness(&self) -> &[f32] {
         &self.texels.nearness
@@ -115,8 +90,7 @@ impl OcclusionBuffer {
 
     /// Whether nearer surfaces fill all texels around a sphere.
     fn covers(&self, sphere: &Sphere) -> bool {
-        let from_eye = sphere.center - self.view.eye_in_world;
-        let center = self.view.camera_from_world * from_eye;
+        let center = self.view.in_camera(sphere.center);
         let Some(place) = self.plane.rectangle(center, sphere.radius) else {
             return false;
         };
@@ -129,11 +103,14 @@ impl OcclusionBuffer {
 
     /// Draws one instance within `rest` triangles. Returns its cost in points.
     #[inline(always)]
-    fn draw(&mut self, scene: &Scene, candidate: &Candidate, rest: u32) -> u32 {
-        let (table, owner) = (scene.table(candidate.mesh), candidate.instance);
-        let placement = &scene.instances[owner as usize].world_from_local;
-        let (linear, origin) = camera_from_local(&self.view, placement);
-        match candidate.drawn_by(table, &self.plane, &linear, origin, rest) {
+    fn draw(&mut self, occluders: &Occluders, candidate: &Candidate, rest: u32) -> u32 {
+        let placed = &candidate.placed;
+        let owner = placed.id.index() as u32;
+        let (linear, origin) = self.view.camera_from_local(&placed.world_from_local);
+        let Some(occluder) = occluders.of_mesh(placed.mesh) else {
+            return 0;
+        };
+        match candidate.drawn_by(occluder, &self.plane, &linear, origin, rest) {
             Some(DrawnBy::Level(parts, triangle_count)) => {
                 self.draw_mesh(parts, &linear, origin, owner);
                 triangle_count * POINTS_PER_TRIANGLE
@@ -186,32 +163,5 @@ impl OcclusionBuffer {
             }
         }
         is_in_front
-    }
-
-    /// Computes the least nearness of each texel and its neighbours.
-    fn shrink(&mut self) {
-        let (width, height) = (self.plane.width, self.plane.height);
-        self.shrunk_in_rows.resize(width * height, 0.0);
-        self.shrunk.resize(width * height, 0.0);
-        for (row, to) in self.shrunk_in_rows.chunks_mut(width).enumerate() {
-            least_of_three(self.texels.row(row), to);
-        }
-        for (row, to) in self.shrunk.chunks_mut(width).enumerate() {
-            let rows = [row.saturating_sub(1), row, (row + 1).min(height - 1)];
-            let [above, own, below] = rows.map(|row| &self.shrunk_in_rows[row * width..][..width]);
-            for (column, to) in to.iter_mut().enumerate() {
-                *to = smaller(smaller(above[column], own[column]), below[column]);
-            }
-        }
-    }
-}
-
-/// The least of each number and its two neighbours.
-fn least_of_three(from: &[f32], to: &mut [f32]) {
-    let last = from.len() - 1;
-    to[0] = smaller(from[0], from[last.min(1)]);
-    to[last] = smaller(from[last], from[last.saturating_sub(1)]);
-    for (to, from) in to[1..].iter_mut().zip(from.windows(3)) {
-        *to = smaller(smaller(from[0], from[1]), from[2]);
     }
 }

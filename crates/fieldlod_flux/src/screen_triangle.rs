@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use crate::lanes::{larger, smaller};
+use fieldlod_select::lanes::{larger, smaller};
 
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]

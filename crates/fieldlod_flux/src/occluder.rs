@@ -1,25 +1,98 @@
-//! Occluders of a mesh: some of its coarse levels.
+//! What instances hide others with: coarse levels and points of their meshes.
+
+use std::sync::Arc;
 
 use fieldlod_hierarchy::{Aabb, Group, Hierarchy, Unit};
+use fieldlod_select::{InstanceId, MeshId};
 use glam::{Mat3, Vec3};
 
-use super::clip::Corner;
-use super::image_plane::ImagePlane;
+use crate::clip::Corner;
+use crate::image_plane::ImagePlane;
+use crate::surface_samples::SurfaceSamples;
 
 /// Largest number of triangles of each level of an occluder. More levels cost memory; fewer levels leave large steps
 /// between them.
 const LEVELS: [usize; 4] = [4096, 1024, 256, 64];
+
+/// The geometry of a mesh for depth images and tests of visibility: some coarse levels, and points of its surface. It
+/// does not borrow the hierarchy.
+#[derive(Clone, Debug)]
+pub struct Occluder {
+    /// Whether the mesh is drawn as a whole, at one level at a time.
+    pub(crate) is_whole: bool,
+    pub(crate) samples: SurfaceSamples,
+    /// Levels, finest first, each by its parts; empty without geometry.
+    pub(crate) levels: Vec<Vec<OccluderPart>>,
+}
+
+impl Occluder {
+    /// The occluder of a mesh, which must be [valid](Hierarchy::validate).
+    #[must_use]
+    pub fn new(hierarchy: &Hierarchy) -> Self {
+        Self {
+            is_whole: hierarchy.units.len() == hierarchy.groups.len(),
+            samples: SurfaceSamples::new(hierarchy),
+            levels: occluder_levels(hierarchy),
+        }
+    }
+}
+
+/// The occluders of a scene: of each mesh, and which instances hide nothing. Any number of views share them.
+#[derive(Clone, Debug, Default)]
+pub struct Occluders {
+    meshes: Vec<Option<Arc<Occluder>>>,
+    /// Instances that hide nothing, by index.
+    excluded: Vec<Option<InstanceId>>,
+    pub(crate) revision: u64,
+}
+
+impl Occluders {
+    /// Sets the occluder of a mesh. Instances of a mesh without one hide nothing and count in full.
+    pub fn set_mesh(&mut self, mesh: MeshId, occluder: Option<Arc<Occluder>>) {
+        set(&mut self.meshes, mesh.index(), occluder);
+        self.revision += 1;
+    }
+
+    /// Sets whether an instance hides others. The default is `true`; use `false` for transparent instances.
+    pub fn set_hides(&mut self, instance: InstanceId, hides: bool) {
+        set(
+            &mut self.excluded,
+            instance.index(),
+            (!hides).then_some(instance),
+        );
+        self.revision += 1;
+    }
+
+    pub(crate) fn of_mesh(&self, mesh: MeshId) -> Option<&Occluder> {
+        self.meshes.get(mesh.index())?.as_deref()
+    }
+
+    /// The occluder of an instance, if the instance hides others.
+    pub(crate) fn hiding(&self, instance: InstanceId, mesh: MeshId) -> Option<&Occluder> {
+        let excluded = self.excluded.get(instance.index());
+        let occluder = self.of_mesh(mesh)?;
+        let hides = excluded != Some(&Some(instance)) && !occluder.levels.is_empty();
+        hides.then_some(occluder)
+    }
+}
+
+fn set<T>(list: &mut Vec<Option<T>>, index: usize, item: Option<T>) {
+    if list.len() <= index {
+        list.resize_with(index + 1, || None);
+    }
+    list[index] = item;
+}
 
 /// A part of an occluder, drawn if its box is in view.
 #[derive(Clone, Debug)]
 pub(crate) struct OccluderPart {
     bounds: Aabb,
     positions: Vec<Vec3>,
-    pub(super) triangles: Vec<[u16; 3]>,
+    pub(crate) triangles: Vec<[u16; 3]>,
 }
 
 /// The coarse levels of a mesh as a whole, finest first, each by its parts.
-pub(crate) fn occluder_levels(hierarchy: &Hierarchy) -> Vec<Vec<OccluderPart>> {
+fn occluder_levels(hierarchy: &Hierarchy) -> Vec<Vec<OccluderPart>> {
     let mut levels = Vec::new();
     let mut wanted = LEVELS.iter().copied().peekable();
     // A hierarchy may come without its geometry.

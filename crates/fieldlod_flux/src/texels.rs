@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::screen_triangle::{ScreenTriangle, is_between_centres};
-use crate::lanes::bits::LANES;
+use crate::screen_triangle::{ScreenTriangle, is_between_centres};
+use fieldlod_select::lanes::LANES;
 
 /// Owner of an empty texel.
 pub(crate) const NOBODY: u32 = u32::MAX;

@@ -1,0 +1,137 @@
+//! Visible flux: selection weighs the errors of an object by its visible share, for cameras that enable it.
+//!
+//! In: opaque [`StandardMaterial`]s of objects, and what preparation keeps of their levels. Out: the weighers of views.
+
+use std::sync::{Arc, PoisonError, RwLock};
+
+use bevy::prelude::*;
+use fieldlod_flux::{Occluder, Occluders, VisibleFlux};
+use fieldlod_select::{LodSettings, Scene, Selector, View};
+
+use crate::scene::changed::ChangedOn;
+use crate::scene::lod_mesh::{KeepOfLevels, LodObject};
+use crate::scene::lod_scene::LodScene;
+use crate::scene::view_cut::{ViewCut, Weigher};
+use crate::select::views::SelectSteps;
+
+/// Applies [`FieldLodVisibleFlux`] to cameras. Add it beside [`FieldLodPlugin`](crate::FieldLodPlugin). It keeps about
+/// 100 kB of each mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FieldLodVisibleFluxPlugin;
+
+/// Weighs the errors of an object by the square root of its share that this camera sees. Insert it on the camera.
+///
+/// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes about a millisecond
+/// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders. It needs
+/// [`FieldLodVisibleFluxPlugin`].
+///
+/// ```no_run
+/// # use bevy::prelude::*;
+/// # use bevy_fieldlod::prelude::*;
+/// fn setup(mut commands: Commands) {
+///     commands.spawn((Camera3d::default(), FieldLodVisibleFlux));
+/// }
+/// App::new()
+///     .add_plugins((DefaultPlugins, FieldLodPlugin, FieldLodVisibleFluxPlugin))
+///     .add_systems(Startup, setup)
+///     .run();
+/// ```
+#[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
+#[reflect(Component, Clone, Default, PartialEq)]
+pub struct FieldLodVisibleFlux;
+
+/// The occluders of the scene, which all views share.
+#[derive(Resource, Clone, Default)]
+struct SharedOccluders(Arc<RwLock<Occluders>>);
+
+/// The visible shares of one view.
+struct FluxWeigher {
+    flux: VisibleFlux,
+    occluders: SharedOccluders,
+}
+
+impl Weigher for FluxWeigher {
+    fn select(
+        &mut self,
+        selector: &mut Selector,
+        scene: &Scene,
+        view: &View,
+        settings: &LodSettings,
+    ) {
+        let occluders = self.occluders.0.read();
+        let occluders = occluders.unwrap_or_else(PoisonError::into_inner);
+        let mut weights = self.flux.look(scene, view, &occluders);
+        selector.select_weighed(scene, view, settings, &mut weights);
+    }
+}
+
+impl Plugin for FieldLodVisibleFluxPlugin {
+    fn build(&self, app: &mut App) {
+        let mark_occluders = mark_occluders.run_if(any_with_component::<FieldLodVisibleFlux>);
+        app.init_resource::<SharedOccluders>()
+            .insert_resource(KeepOfLevels(|levels| Arc::new(Occluder::new(levels))))
+            .add_systems(
+                PostUpdate,
+                (mark_occluders, set_weighers).in_set(SelectSteps::Adjust),
+            );
+    }
+}
+
+/// Lists the occluders of new objects, and those with an opaque material as hiding others. The filters report all changes since the last run of the system.
+fn mark_occluders(
+    scene: Res<LodScene>,
+    shared: Res<SharedOccluders>,
+    new: ChangedOn<LodObject>,
+    changed: ChangedOn<MeshMaterial3d<StandardMaterial>, With<LodObject>>,
+    edited: Query<
+        Entity,
+        (
+            With<LodObject>,
+            AssetChanged<MeshMaterial3d<StandardMaterial>>,
+        ),
+    >,
+    objects: Query<(
+        Entity,
+        &LodObject,
+        Option<&MeshMaterial3d<StandardMaterial>>,
+    )>,
+    materials: Option<Res<Assets<StandardMaterial>>>,
+) {
+    let mut entities = new.entities();
+    changed.add_to(&mut entities);
+    entities.extend(&edited);
+    if entities.is_empty() {
+        return;
+    }
+    let occluders = shared.0.write();
+    let mut occluders = occluders.unwrap_or_else(PoisonError::into_inner);
+    for (entity, object, material) in objects.iter_many(entities) {
+        let material = material.and_then(|material| materials.as_ref()?.get(material));
+        let is_opaque = material.is_some_and(|material| {
+            material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0
+        });
+        if let Some(instance) = scene.instance_of(entity) {
+            let kept = object.mesh.kept.clone();
+            occluders.set_mesh(object.mesh.id, kept.and_then(|kept| kept.downcast().ok()));
+            // An occluder has the surface of the mesh at rest, which an animated mesh leaves.
+            occluders.set_hides(instance.id, is_opaque && object.mesh.rig.is_none());
+        }
+    }
+}
+
+/// Sets the weighers of views.
+fn set_weighers(
+    shared: Res<SharedOccluders>,
+    mut views: Query<(&mut ViewCut, Has<FieldLodVisibleFlux>)>,
+) {
+    for (mut cut, is_weighed) in &mut views {
+        if !is_weighed {
+            cut.weigher = None;
+        } else if cut.weigher.is_none() {
+            cut.weigher = Some(Box::new(FluxWeigher {
+                flux: VisibleFlux::default(),
+                occluders: shared.clone(),
+            }));
+        }
+    }
+}

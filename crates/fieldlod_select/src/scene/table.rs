@@ -58,7 +58,7 @@ impl GroupTable {
             |groups: &[Group]| ErrorBounds::around(groups.iter().map(ErrorBounds::of_group));
         let around = |groups: &[Group]| bounds(groups).to_array();
         let (first_coarser, coarser) = coarser_links(hierarchy);
-        let is_chain = is_chain(hierarchy);
+        let is_chain = groups.len() <= CHUNK && hierarchy.is_chain_of_whole_meshes();
         let units = hierarchy.units.iter();
         let units = units.map(|unit| [unit.produced_by, unit.triangle_count]);
         let mut table = Self {
@@ -229,24 +229,6 @@ static UNITS: [u32; CHUNK] = {
     }
     units
 };
-
-/// Whether each group consumes the one unit that the group before produces, all have the same bounds, and only the last
-/// group is terminal.
-fn is_chain(hierarchy: &Hierarchy) -> bool {
-    let Hierarchy { groups, units, .. } = hierarchy;
-    let has_size = (1..=CHUNK).contains(&groups.len()) && units.len() == groups.len();
-    let follows = |(index, group): (u32, &Group)| {
-        let unit = &units[index as usize];
-        let before = index.checked_sub(1);
-        unit.consumed_by == index
-            && unit.producer() == before
-            && hierarchy.finer_groups(group) == before.as_slice()
-            // One test of the instance's sphere then decides all levels.
-            && group.bounds == groups[0].bounds
-            && group.is_terminal() == (index as usize + 1 == groups.len())
-    };
-    has_size && (0..).zip(groups).all(follows)
-}
 
 fn terminal_bits(groups: &[Group]) -> u64 {
     let bit = |(index, group): (usize, &Group)| u64::from(group.is_terminal()) << index;

@@ -97,6 +97,7 @@ pub(crate) fn whole_mesh_levels(levels: u32, finest_error: f32) -> Hierarchy {
             first_unit: level,
             unit_count: 1,
             error_in_local,
+            whole_mesh_error_in_local: if level == levels { 0.0 } else { error_in_local },
             deviation_in_local: error_in_local * 1.5,
             ..group_at(0, 1, &template.groups[0])
         });

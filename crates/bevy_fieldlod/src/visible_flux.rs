@@ -4,6 +4,8 @@
 
 use std::sync::{Arc, PoisonError, RwLock};
 
+use bevy::ecs::lifecycle::HookContext;
+use bevy::ecs::world::DeferredWorld;
 use bevy::prelude::*;
 use fieldlod_flux::{Occluder, Occluders, VisibleFlux};
 use fieldlod_select::{LodSettings, Scene, Selector, View};
@@ -14,8 +16,8 @@ use crate::scene::lod_scene::LodScene;
 use crate::scene::view_cut::{ViewCut, Weigher};
 use crate::select::views::SelectSteps;
 
-/// Applies [`FieldLodVisibleFlux`] to cameras. Add it beside [`FieldLodPlugin`](crate::FieldLodPlugin). It keeps about
-/// 100 kB of each mesh.
+/// Applies [`FieldLodVisibleFlux`] to cameras. Add it beside [`FieldLodPlugin`](crate::FieldLodPlugin). It keeps up
+/// to 100 kB of each mesh that is not streamed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FieldLodVisibleFluxPlugin;
 
@@ -38,7 +40,14 @@ pub struct FieldLodVisibleFluxPlugin;
 /// ```
 #[derive(Component, Clone, Copy, Debug, Default, PartialEq, Eq, Reflect)]
 #[reflect(Component, Clone, Default, PartialEq)]
+#[component(on_add = warn_without_plugin)]
 pub struct FieldLodVisibleFlux;
+
+fn warn_without_plugin(world: DeferredWorld, _: HookContext) {
+    if world.get_resource::<SharedOccluders>().is_none() {
+        warn_once!("FieldLodVisibleFlux has no effect without FieldLodVisibleFluxPlugin");
+    }
+}
 
 /// The occluders of the scene, which all views share.
 #[derive(Resource, Clone, Default)]
@@ -58,6 +67,10 @@ impl Weigher for FluxWeigher {
         view: &View,
         settings: &LodSettings,
     ) {
+        // A forced level ignores weights.
+        if settings.forced_level.is_some() {
+            return selector.select(scene, view, settings);
+        }
         let occluders = self.occluders.0.read();
         let occluders = occluders.unwrap_or_else(PoisonError::into_inner);
         let mut weights = self.flux.look(scene, view, &occluders);
@@ -77,7 +90,8 @@ impl Plugin for FieldLodVisibleFluxPlugin {
     }
 }
 
-/// Lists the occluders of new objects, and those with an opaque material as hiding others. The filters report all changes since the last run of the system.
+/// Sets the occluders of new objects, and whether objects hide others. The filters report all changes since the system
+/// last ran.
 fn mark_occluders(
     scene: Res<LodScene>,
     shared: Res<SharedOccluders>,
@@ -100,9 +114,6 @@ fn mark_occluders(
     let mut entities = new.entities();
     changed.add_to(&mut entities);
     entities.extend(&edited);
-    if entities.is_empty() {
-        return;
-    }
     let occluders = shared.0.write();
     let mut occluders = occluders.unwrap_or_else(PoisonError::into_inner);
     for (entity, object, material) in objects.iter_many(entities) {
@@ -119,11 +130,15 @@ fn mark_occluders(
     }
 }
 
-/// Sets the weighers of views.
+/// Sets the weighers of views, and drops the occluders of meshes that were removed.
 fn set_weighers(
     shared: Res<SharedOccluders>,
     mut views: Query<(&mut ViewCut, Has<FieldLodVisibleFlux>)>,
 ) {
+    let occluders = shared.0.write();
+    occluders
+        .unwrap_or_else(PoisonError::into_inner)
+        .drop_unused();
     for (mut cut, is_weighed) in &mut views {
         if !is_weighed {
             cut.weigher = None;

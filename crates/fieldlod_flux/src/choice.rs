@@ -3,7 +3,7 @@
 
 use camera_field::{FieldOfView, SeenSphere};
 use fieldlod_select::lanes::Eight;
-use fieldlod_select::{PlacedInstance, Scene, View};
+use fieldlod_select::{InstanceId, MeshId, PlacedInstance, Scene, View};
 use glam::{Mat3, Vec3};
 
 use crate::image_plane::ImagePlane;
@@ -48,7 +48,8 @@ struct Fineness {
 /// An instance that may hide others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    pub(crate) placed: PlacedInstance,
+    pub(crate) id: InstanceId,
+    pub(crate) mesh: MeshId,
     /// Approximate area of the instance's sphere in texels.
     area: f32,
 }
@@ -114,13 +115,14 @@ pub(crate) fn list_candidates(
             plane,
             &SeenSphere::new(center, placed.sphere.radius),
         );
-        (area > 0.0).then_some(Candidate { placed, area })
+        let PlacedInstance { id, mesh, .. } = placed;
+        (area > 0.0).then_some(Candidate { id, mesh, area })
     };
     candidates.extend(seen.filter_map(candidate));
     // Ties by the instance: the image must not depend on the order of the list.
     candidates.sort_unstable_by(|a, b| {
         let by_area = b.area.total_cmp(&a.area);
-        by_area.then(a.placed.id.cmp(&b.placed.id))
+        by_area.then(a.id.cmp(&b.id))
     });
 }
 

@@ -68,12 +68,19 @@ impl DepthImage {
         list_candidates(scene, view, occluders, &self.plane, &mut candidates);
         let mut drawn_points = 0;
         for candidate in &candidates {
+            let placed = scene.placed(candidate.id);
+            let occluder = occluders.of_mesh(candidate.mesh);
             // An occluder behind other occluders hides nothing more.
-            if !self.covers(&candidate.placed.sphere) {
+            if let (Some(placed), Some(occluder)) = (placed, occluder)
+                && !self.covers(&placed.sphere)
+            {
                 let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
+                let (linear, origin) = view.camera_from_local(&placed.world_from_local);
+                let drawn_by = candidate.drawn_by(occluder, &self.plane, &linear, origin, rest);
+                let owner = placed.id.index() as u32;
                 drawn_points += with_avx2(
                     #[inline(always)]
-                    || self.draw(occluders, candidate, rest),
+                    || self.draw(drawn_by, &linear, origin, owner),
                 );
             }
         }
@@ -101,21 +108,15 @@ impl DepthImage {
         })
     }
 
-    /// Draws one instance within `rest` triangles. Returns its cost in points.
+    /// Draws one instance. Returns its cost in points.
     #[inline(always)]
-    fn draw(&mut self, occluders: &Occluders, candidate: &Candidate, rest: u32) -> u32 {
-        let placed = &candidate.placed;
-        let owner = placed.id.index() as u32;
-        let (linear, origin) = self.view.camera_from_local(&placed.world_from_local);
-        let Some(occluder) = occluders.of_mesh(placed.mesh) else {
-            return 0;
-        };
-        match candidate.drawn_by(occluder, &self.plane, &linear, origin, rest) {
+    fn draw(&mut self, by: Option<DrawnBy>, linear: &Mat3, origin: Vec3, owner: u32) -> u32 {
+        match by {
             Some(DrawnBy::Level(parts, triangle_count)) => {
-                self.draw_mesh(parts, &linear, origin, owner);
+                self.draw_mesh(parts, linear, origin, owner);
                 triangle_count * POINTS_PER_TRIANGLE
             }
-            Some(DrawnBy::Points(points)) => self.draw_points(points, &linear, origin, owner),
+            Some(DrawnBy::Points(points)) => self.draw_points(points, linear, origin, owner),
             None => 0,
         }
     }

@@ -38,7 +38,6 @@ pub(crate) struct ImagePlane {
 /// Eight points in an image.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct PlacedPoints {
-    pub(crate) depth: [f32; LANES],
     pub(crate) nearness: [f32; LANES],
     /// The texels of points in the image; 0 for the others.
     pub(crate) texel: [u32; LANES],
@@ -117,7 +116,6 @@ impl ImagePlane {
             let at = self.project(point);
             let has_place = self.has_place(at, point.z);
             let (x, y) = if has_place { (at.x, at.y) } else { (0.0, 0.0) };
-            placed.depth[lane] = point.z;
             placed.nearness[lane] = at.z;
             placed.texel[lane] = rounded_down(y) * self.width as u32 + rounded_down(x);
             placed.has_place[lane] = u8::from(has_place);

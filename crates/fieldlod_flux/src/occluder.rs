@@ -30,7 +30,7 @@ impl Occluder {
     #[must_use]
     pub fn new(hierarchy: &Hierarchy) -> Self {
         Self {
-            is_whole: hierarchy.units.len() == hierarchy.groups.len(),
+            is_whole: hierarchy.is_chain_of_whole_meshes(),
             samples: SurfaceSamples::new(hierarchy),
             levels: occluder_levels(hierarchy),
         }
@@ -38,7 +38,7 @@ impl Occluder {
 }
 
 /// The occluders of a scene: of each mesh, and which instances hide nothing. Any number of views share them.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Occluders {
     meshes: Vec<Option<Arc<Occluder>>>,
     /// Instances that hide nothing, by index.
@@ -47,20 +47,39 @@ pub struct Occluders {
 }
 
 impl Occluders {
-    /// Sets the occluder of a mesh. Instances of a mesh without one hide nothing and count in full.
+    /// Sets the occluder of a mesh. Instances of a mesh without one hide nothing and count in full. Call it with `None`
+    /// when a mesh is removed: another mesh may take its id.
     pub fn set_mesh(&mut self, mesh: MeshId, occluder: Option<Arc<Occluder>>) {
-        set(&mut self.meshes, mesh.index(), occluder);
-        self.revision += 1;
+        let is_same =
+            |known: &Arc<Occluder>| occluder.as_ref().is_some_and(|new| Arc::ptr_eq(known, new));
+        let known = entry(&mut self.meshes, mesh.index());
+        if !known.as_ref().map_or(occluder.is_none(), is_same) {
+            *known = occluder;
+            self.revision += 1;
+        }
     }
 
-    /// Sets whether an instance hides others. The default is `true`; use `false` for transparent instances.
+    /// Sets whether an instance of the scene hides others. The default is `true`; use `false` for transparent instances.
     pub fn set_hides(&mut self, instance: InstanceId, hides: bool) {
-        set(
-            &mut self.excluded,
-            instance.index(),
-            (!hides).then_some(instance),
-        );
-        self.revision += 1;
+        let excluded = (!hides).then_some(instance);
+        let known = entry(&mut self.excluded, instance.index());
+        if *known != excluded {
+            *known = excluded;
+            self.revision += 1;
+        }
+    }
+
+    /// Drops the occluders that nothing else holds. Meshes keep theirs if the caller holds it.
+    pub fn drop_unused(&mut self) {
+        for occluder in &mut self.meshes {
+            if occluder
+                .as_ref()
+                .is_some_and(|occluder| Arc::strong_count(occluder) == 1)
+            {
+                *occluder = None;
+                self.revision += 1;
+            }
+        }
     }
 
     pub(crate) fn of_mesh(&self, mesh: MeshId) -> Option<&Occluder> {
@@ -76,11 +95,11 @@ impl Occluders {
     }
 }
 
-fn set<T>(list: &mut Vec<Option<T>>, index: usize, item: Option<T>) {
+fn entry<T>(list: &mut Vec<Option<T>>, index: usize) -> &mut Option<T> {
     if list.len() <= index {
         list.resize_with(index + 1, || None);
     }
-    list[index] = item;
+    &mut list[index]
 }
 
 /// A part of an occluder, drawn if its box is in view.

@@ -6,7 +6,7 @@ use fieldlod_hierarchy::Hierarchy;
 use fieldlod_select::lanes::{Eight, LANES};
 use glam::Vec3;
 
-/// Points of a mesh. They are enough for occluders of up to 4,096 texels; larger occluders have fewer points per texel.
+/// Points of a mesh, a power of two. They are enough for occluders of up to 4,096 texels; larger occluders have fewer points per texel.
 pub(crate) const MESH_SAMPLES: u32 = 2048;
 
 /// Points of a mesh, eight to an element.
@@ -19,7 +19,7 @@ impl SurfaceSamples {
         if hierarchy.unit_vertices.is_empty() {
             return Self::default();
         }
-        let points = samples_of(hierarchy, MESH_SAMPLES);
+        let points = samples_of(hierarchy);
         let in_lanes = points.iter().map(Vec3::to_array);
         Self(Eight::list(in_lanes, points.len() / LANES))
     }
@@ -30,8 +30,9 @@ impl SurfaceSamples {
     }
 }
 
-/// `count` points, one in each equal part of the area; none without area. `count` is a power of two.
-fn samples_of(hierarchy: &Hierarchy, count: u32) -> Vec<Vec3> {
+/// [`MESH_SAMPLES`] points, one in each equal part of the area; none without area.
+fn samples_of(hierarchy: &Hierarchy) -> Vec<Vec3> {
+    let count = MESH_SAMPLES;
     let corner = |vertex: u32| hierarchy.vertices.positions[vertex as usize];
     let units = hierarchy.source_units();
     let triangles: Vec<[Vec3; 3]> = units

@@ -26,19 +26,19 @@ type Image = (Vec<f32>, Vec<u32>);
 /// Draws every texel of every triangle and point, one by one, within `triangles` triangles. If `skips_covered`, an
 /// instance behind nearer surfaces is left out.
 fn naive_image(
-    occluders: &Occluders,
-    buffer: &DepthImage,
+    (scene, occluders): (&Scene, &Occluders),
+    drawn: &DepthImage,
     triangles: u32,
     skips_covered: bool,
 ) -> Image {
-    let texels = buffer.plane.width * buffer.plane.height;
+    let texels = drawn.plane.width * drawn.plane.height;
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
     let mut drawn_points = 0;
-    for candidate in &buffer.candidates {
-        let sphere = &candidate.placed.sphere;
-        if !(skips_covered && is_covered(buffer, &image.0, sphere)) {
+    for candidate in &drawn.candidates {
+        let sphere = &scene.placed(candidate.id).unwrap().sphere;
+        if !(skips_covered && is_covered(drawn, &image.0, sphere)) {
             let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
-            drawn_points += draw_naively(occluders, buffer, candidate, rest, &mut image);
+            drawn_points += draw_naively((scene, occluders), drawn, candidate, rest, &mut image);
         }
     }
     assert!(drawn_points / POINTS_PER_TRIANGLE <= triangles);
@@ -46,28 +46,28 @@ fn naive_image(
 }
 
 /// Whether all texels around a sphere are nearer than the sphere.
-fn is_covered(buffer: &DepthImage, nearness: &[f32], sphere: &Sphere) -> bool {
-    let center = buffer.view.in_camera(sphere.center);
-    let place = buffer.plane.rectangle(center, sphere.radius);
+fn is_covered(drawn: &DepthImage, nearness: &[f32], sphere: &Sphere) -> bool {
+    let center = drawn.view.in_camera(sphere.center);
+    let place = drawn.plane.rectangle(center, sphere.radius);
     place.is_some_and(|place| {
         let mut rows = place.rows.clone();
         rows.all(|row| {
             let mut columns = place.columns.clone();
-            columns.all(|column| nearness[row * buffer.plane.width + column] > place.nearest)
+            columns.all(|column| nearness[row * drawn.plane.width + column] > place.nearest)
         })
     })
 }
 
 /// Draws one instance. Returns its cost in points.
 fn draw_naively(
-    occluders: &Occluders,
-    buffer: &DepthImage,
+    (scene, occluders): (&Scene, &Occluders),
+    drawn: &DepthImage,
     candidate: &Candidate,
     rest: u32,
     (image, owners): &mut Image,
 ) -> u32 {
-    let (plane, texels) = (&buffer.plane, image.len());
-    let placed = &candidate.placed;
+    let (plane, texels) = (&drawn.plane, image.len());
+    let placed = scene.placed(candidate.id).unwrap();
     let owner = placed.id.index() as u32;
     let mut keep = |texel: usize, nearness: f32| {
         let is_nearer = image[texel] < nearness;
@@ -76,7 +76,7 @@ fn draw_naively(
         }
         is_nearer
     };
-    let (linear, origin) = buffer.view.camera_from_local(&placed.world_from_local);
+    let (linear, origin) = drawn.view.camera_from_local(&placed.world_from_local);
     let occluder = occluders.of_mesh(placed.mesh).unwrap();
     match candidate.drawn_by(occluder, plane, &linear, origin, rest) {
         // Parts outside the image are drawn as well.
@@ -214,14 +214,14 @@ proptest! {
         }
         scene.update();
         let view = view(Vec3::ZERO, Quat::from_rotation_z(turn));
-        let buffer = DepthImage::new(&scene, &view, &occluders, budget);
-        let image = naive_image(&occluders, &buffer, budget, true);
+        let drawn = DepthImage::new(&scene, &view, &occluders, budget);
+        let image = naive_image((&scene, &occluders), &drawn, budget, true);
         let bits = |image: &[f32]| image.iter().map(|texel| texel.to_bits()).collect::<Vec<u32>>();
-        prop_assert_eq!(bits(&buffer.texels.nearness), bits(&image.0));
-        prop_assert_eq!(&buffer.texels.owners, &image.1);
+        prop_assert_eq!(bits(&drawn.texels.nearness), bits(&image.0));
+        prop_assert_eq!(&drawn.texels.owners, &image.1);
         if budget == u32::MAX {
-            let all = naive_image(&occluders, &buffer, budget, false);
-            prop_assert_eq!(&buffer.texels.nearness, &all.0);
+            let all = naive_image((&scene, &occluders), &drawn, budget, false);
+            prop_assert_eq!(&drawn.texels.nearness, &all.0);
         }
     }
 

@@ -37,7 +37,8 @@ pub struct VisibleFlux {
     image: Option<DepthImage>,
     /// By index of the instance.
     shares: Vec<ShareInFrame>,
-    frame: u32,
+    /// Counts frames from 1.
+    frame: u64,
     /// Whether a share is held above what the frame sees. A later frame may lower it even without other changes.
     is_any_held: bool,
     revision: u64,
@@ -47,7 +48,7 @@ pub struct VisibleFlux {
 #[derive(Clone, Copy, Debug, Default)]
 struct ShareInFrame {
     instance: Option<InstanceId>,
-    frame: u32,
+    frame: u64,
     share: HeldShare,
 }
 
@@ -61,8 +62,8 @@ impl VisibleFlux {
         }
     }
 
-    /// Begins a frame: draws the depth image, if the view, the scene or the occluders have changed. The scene must be
-    /// up to date. Use the weights in one selection.
+    /// Begins a frame: draws the depth image, if the view, the scene or the occluders have changed. Each frame must have
+    /// the same scene and occluders. Use the weights in one selection, by the selector of the frame before.
     pub fn look<'a>(
         &'a mut self,
         scene: &'a Scene,
@@ -79,7 +80,7 @@ impl VisibleFlux {
         };
         self.revision += u64::from(is_redrawn || self.is_any_held);
         self.is_any_held = false;
-        self.frame = self.frame.wrapping_add(1);
+        self.frame += 1;
         FluxWeights {
             flux: self,
             scene,
@@ -128,7 +129,6 @@ impl FluxWeights<'_> {
         if known.instance != Some(instance) {
             *known = ShareInFrame {
                 instance: Some(instance),
-                frame: flux.frame.wrapping_sub(1),
                 ..ShareInFrame::default()
             };
         }

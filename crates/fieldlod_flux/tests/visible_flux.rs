@@ -7,7 +7,7 @@ use camera_field::Camera;
 use common::{Eye, Stage, add_mesh, look, perspective, rock, settings};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
 use fieldlod_flux::{DepthImage, FluxSettings, Occluders};
-use fieldlod_select::{InstanceId, LodSettings, Scene, Statistics, View};
+use fieldlod_select::{InstanceId, LodSettings, Scene, Selector, Statistics, View};
 use glam::{Affine3A, Quat, Vec2, Vec3};
 
 const HOLD_FRAMES: u8 = 6;
@@ -218,4 +218,30 @@ fn depth_image_equals_the_depths_of_rays() {
     }
     assert!(compared > 256 * 144 / 3);
     assert_eq!(texels.next(), None);
+}
+
+/// Nothing is drawn or decided again if occluders are set to what they are, and a forced level asks for no weights.
+#[test]
+fn still_view_decides_nothing_after_equal_occluders() {
+    let (mut stage, [wall, rock]) = wall_and_rock();
+    let [hiding, _] = views();
+    let mut eye = new_eye();
+    eye.select(&stage, &hiding, &settings());
+    stage.occluders.set_hides(wall, true);
+    stage.occluders.drop_unused();
+    eye.select(&stage, &hiding, &settings());
+    assert_eq!(eye.selector.statistics(), Statistics::default());
+    // The wall becomes transparent.
+    let hidden = stage.triangles(&eye.selector, rock);
+    stage.occluders.set_hides(wall, false);
+    eye.select(&stage, &hiding, &settings());
+    assert!(stage.triangles(&eye.selector, rock) > hidden);
+    let forced = LodSettings {
+        forced_level: Some(1),
+        ..settings()
+    };
+    eye.select(&stage, &hiding, &forced);
+    let mut plain = Selector::default();
+    plain.select(&stage.scene, &hiding, &forced);
+    assert_eq!(eye.selector.triangle_count(), plain.triangle_count());
 }

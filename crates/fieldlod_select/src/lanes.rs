@@ -1,7 +1,8 @@
 //! Eight lanes. Code is written for one number, and runs in loops over eight lanes, which the compiler turns into vector
 //! instructions. It uses only operations that IEEE 754 rounds exactly, so that the results are bit-identical.
 //!
-//! A loop is fast if its body has no branches and no function that is not inlined.
+//! A loop is fast if its body has no branches and no function that is not inlined. The module is public for
+//! `fieldlod_flux` only.
 
 pub(crate) mod bits;
 

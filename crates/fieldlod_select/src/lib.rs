@@ -43,7 +43,7 @@
 //! `fieldlod_flux` weighs instances by how much of each is visible.
 //!
 //! # Speed
-//! If the scene, the view or the settings have changed, a [`Selector`] tests all instances, eight at a time:
+//! If the scene, the view, the settings or weights have changed, a [`Selector`] tests all instances, eight at a time:
 //! 1. One pass over the spheres of all instances skips instances that certainly keep their cuts. They are outside the
 //!    view, or within the limits of their level. A [`Scene`] orders instances along a Morton curve, so that one test of
 //!    a sphere around 64 neighbours often skips all of them. `benches/props` measures up to a million instances.
@@ -69,6 +69,7 @@
 
 mod criterion;
 mod cut;
+#[doc(hidden)]
 pub mod lanes;
 #[cfg(any(test, feature = "test-support"))]
 pub mod naive;

@@ -12,7 +12,7 @@ use crate::view::View;
 /// Selects the cut of every instance of a scene in one view. It keeps the previous cuts for the hysteresis and the list
 /// of changes.
 ///
-/// If the scene, the view or the settings have changed since the previous frame, one pass tests all instances, eight at
+/// If the scene, the view, the settings or weights have changed since the previous frame, one pass tests all instances, eight at
 /// a time. Most are outside the view, or within the limits of their level, and keep their cuts. The criterion decides
 /// the levels and groups of the other instances. The cuts are the same as if every group of every instance were
 /// decided.
@@ -69,8 +69,9 @@ impl Selector {
         settings: &LodSettings,
         weights: &mut impl Weights,
     ) {
-        let revision = weights.revision();
-        self.select_frame(scene, view, settings, weights, Some(revision));
+        let is_free = settings.forced_level.is_none();
+        let revision = is_free.then(|| weights.revision());
+        self.select_frame(scene, view, settings, weights, revision);
     }
 
     fn select_frame(

@@ -14,8 +14,7 @@ pub(crate) struct ViewCut {
     pub(crate) visibility: CutVisibility,
     /// The view of the last selection.
     pub(crate) view: Option<View>,
-    /// The inputs of this frame's selection; `None` if the view selects nothing. Systems in
-    /// `SelectSteps::Adjust` may change the inputs.
+    /// The inputs of this frame's selection; `None` if the view selects nothing.
     pub(crate) wanted: Option<(View, LodSettings)>,
     pub(crate) state: ViewState,
     /// How many units and whole meshes the cut consists of.

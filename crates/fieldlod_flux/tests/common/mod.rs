@@ -46,17 +46,21 @@ pub(crate) struct Stage {
     pub(crate) scene: Scene,
     pub(crate) occluders: Occluders,
     rock: MeshId,
+    _occluder: Arc<Occluder>,
     pub(crate) ids: Vec<InstanceId>,
 }
 
 impl Stage {
     pub(crate) fn new() -> Self {
         let (mut scene, mut occluders) = (Scene::default(), Occluders::default());
-        let rock = add_mesh(&mut scene, &mut occluders, rock());
+        let mesh = scene.add_mesh(rock());
+        let occluder = Arc::new(Occluder::new(rock()));
+        occluders.set_mesh(mesh, Some(occluder.clone()));
         Self {
             scene,
             occluders,
-            rock,
+            rock: mesh,
+            _occluder: occluder,
             ids: Vec::new(),
         }
     }

@@ -7,6 +7,7 @@ use super::limits::keep_test::Near;
 use super::memory::InstanceState;
 use super::weights::Weights;
 use crate::criterion::limits::ErrorUnits;
+use crate::lanes::smaller;
 use crate::scene::table::GroupTable;
 use crate::scene::{Instance, InstanceId, MeshId};
 use crate::view::InstanceView;
@@ -40,7 +41,7 @@ impl SceneCuts {
         let was = self.memories[slot].state;
         let is_refined = !matches!(was, InstanceState::Empty | InstanceState::Coarsest(_));
         let weight = if is_free {
-            weights.weight(occupant.id, is_refined)
+            usable_weight(weights.weight(occupant.id, is_refined))
         } else {
             1.0
         };
@@ -51,8 +52,7 @@ impl SceneCuts {
             mesh,
             table: scene.table(mesh),
             was,
-            // Above 0, because 0 times an infinite error is NaN.
-            weight: weight.clamp(f32::MIN_POSITIVE, 1.0),
+            weight,
         };
         self.statistics.instances_decided += 1;
         if candidate.table.is_chain() {
@@ -143,6 +143,11 @@ impl SceneCuts {
         self.pool.at_mut(key).begin(candidate.table, level, drawn);
         key
     }
+}
+
+/// A weight from 0 to 1; 1 for NaN. It is above 0, because 0 times an infinite error is NaN.
+fn usable_weight(weight: f32) -> f32 {
+    smaller(weight, 1.0).max(f32::MIN_POSITIVE)
 }
 
 impl Candidate<'_> {

@@ -7,11 +7,11 @@ use crate::scene::InstanceId;
 /// visible.
 pub trait Weights {
     /// Another number than before, if some weights may have changed although the view, the scene and the settings have
-    /// not.
+    /// not. Weights from another source need other numbers, or [`Selector::clear`](crate::Selector::clear).
     fn revision(&self) -> u64;
 
     /// The weight of an instance, from 0 to 1: its screen-space errors count that many times, its displacements in full.
-    /// `is_refined` tells whether it was last drawn finer than at its coarsest level.
+    /// `is_refined` tells whether it was last drawn finer than at its coarsest level. NaN counts as 1.
     ///
     /// Selection calls it for instances that may be drawn finer than at their coarsest level, and once more for each
     /// threshold that the search for a triangle budget tries.

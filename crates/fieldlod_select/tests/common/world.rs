@@ -108,8 +108,11 @@ impl Weights for AnyWeights {
         let seed = self.0 / (1 + instance.index() as u64 % 3);
         let mixed = (seed + 1).wrapping_mul(instance.index() as u64 + 7);
         let share = (mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61) as f32;
-        // Often 0 or 1.
-        (share / 4.0 - 0.4).clamp(0.0, 1.0)
+        // Often 0 or 1, and sometimes NaN, which counts as 1.
+        match mixed % 11 {
+            0 => f32::NAN,
+            _ => (share / 4.0 - 0.4).clamp(0.0, 1.0),
+        }
     }
 }
 
@@ -209,7 +212,11 @@ fn select_naively(
         ..*settings
     };
     // Above 0, because 0 times an infinite error is NaN.
-    let weight = weight.max(f32::MIN_POSITIVE);
+    let weight = if weight.is_nan() {
+        1.0
+    } else {
+        weight.max(f32::MIN_POSITIVE)
+    };
     select_with(hierarchy, &biased, cut, |index| {
         let group = &hierarchy.groups[index];
         weighed_error_px(group, &instance, settings, before[index], weight)

@@ -3,7 +3,7 @@
 
 use camera_field::{FieldOfView, SeenSphere};
 use fieldlod_select::lanes::Eight;
-use fieldlod_select::{InstanceId, MeshId, PlacedInstance, Scene, View};
+use fieldlod_select::{PlacedInstance, Scene, View};
 use glam::{Mat3, Vec3};
 
 use crate::image_plane::ImagePlane;
@@ -48,8 +48,7 @@ struct Fineness {
 /// An instance that may hide others.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Candidate {
-    pub(crate) id: InstanceId,
-    pub(crate) mesh: MeshId,
+    pub(crate) placed: PlacedInstance,
     /// Approximate area of the instance's sphere in texels.
     area: f32,
 }
@@ -105,24 +104,20 @@ pub(crate) fn list_candidates(
 ) {
     candidates.clear();
     let image = FieldOfView::of(view.camera());
-    let seen = scene.all_placed().filter(|placed| {
-        placed.layers & view.layers() != 0 && occluders.hiding(placed.id, placed.mesh).is_some()
-    });
-    let candidate = |placed: PlacedInstance| {
+    // Most instances are too small.
+    for placed in scene.all_placed() {
         let center = view.in_camera(placed.sphere.center);
-        let area = area_of(
-            &image,
-            plane,
-            &SeenSphere::new(center, placed.sphere.radius),
-        );
-        let PlacedInstance { id, mesh, .. } = placed;
-        (area > 0.0).then_some(Candidate { id, mesh, area })
-    };
-    candidates.extend(seen.filter_map(candidate));
+        let sphere = SeenSphere::new(center, placed.sphere.radius);
+        let area = area_of(&image, plane, &sphere);
+        let is_seen = placed.layers & view.layers() != 0;
+        if area > 0.0 && is_seen && occluders.hiding(placed.id, placed.mesh).is_some() {
+            candidates.push(Candidate { placed, area });
+        }
+    }
     // Ties by the instance: the image must not depend on the order of the list.
     candidates.sort_unstable_by(|a, b| {
         let by_area = b.area.total_cmp(&a.area);
-        by_area.then(a.id.cmp(&b.id))
+        by_area.then(a.placed.id.cmp(&b.placed.id))
     });
 }
 

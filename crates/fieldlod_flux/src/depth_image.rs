@@ -68,16 +68,16 @@ impl DepthImage {
         list_candidates(scene, view, occluders, &self.plane, &mut candidates);
         let mut drawn_points = 0;
         for candidate in &candidates {
-            let placed = scene.placed(candidate.id);
-            let occluder = occluders.of_mesh(candidate.mesh);
+            let placement = scene.placement(candidate.placed.id);
+            let occluder = occluders.of_mesh(candidate.placed.mesh);
             // An occluder behind other occluders hides nothing more.
-            if let (Some(placed), Some(occluder)) = (placed, occluder)
-                && !self.covers(&placed.sphere)
+            if let (Some(placement), Some(occluder)) = (placement, occluder)
+                && !self.covers(&candidate.placed.sphere)
             {
                 let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
-                let (linear, origin) = view.camera_from_local(&placed.world_from_local);
+                let (linear, origin) = view.camera_from_local(&placement);
                 let drawn_by = candidate.drawn_by(occluder, &self.plane, &linear, origin, rest);
-                let owner = placed.id.index() as u32;
+                let owner = candidate.placed.id.index() as u32;
                 drawn_points += with_avx2(
                     #[inline(always)]
                     || self.draw(drawn_by, &linear, origin, owner),

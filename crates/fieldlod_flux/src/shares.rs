@@ -1,7 +1,7 @@
 //! Visible shares of instances, from a depth image. Points outside the image count as hidden.
 
-use fieldlod_select::PlacedInstance;
 use fieldlod_select::lanes::{Eight, LANES, lane_bits, with_avx2};
+use fieldlod_select::{InstanceId, Scene};
 use glam::{Mat3, Vec3};
 
 use crate::depth_image::DepthImage;
@@ -36,12 +36,16 @@ impl DepthImage {
     /// The visible share of an instance, from 0 to 1; 1 without an occluder of its mesh, and for a large instance that
     /// is drawn in units.
     #[must_use]
-    pub fn visible_share(&self, occluders: &Occluders, placed: &PlacedInstance) -> f32 {
-        f32::from(self.share(occluders, placed)) / f32::from(FULL_SHARE)
+    pub fn visible_share(&self, scene: &Scene, occluders: &Occluders, id: InstanceId) -> f32 {
+        f32::from(self.share(scene, occluders, id)) / f32::from(FULL_SHARE)
     }
 
     /// [`Self::visible_share`] in steps, rounded up.
-    pub(crate) fn share(&self, occluders: &Occluders, placed: &PlacedInstance) -> u8 {
+    pub(crate) fn share(&self, scene: &Scene, occluders: &Occluders, id: InstanceId) -> u8 {
+        let placed = scene.placed(id).zip(scene.placement(id));
+        let Some((placed, world_from_local)) = placed else {
+            return FULL_SHARE;
+        };
         let Some(occluder) = occluders.of_mesh(placed.mesh) else {
             return FULL_SHARE;
         };
@@ -57,7 +61,7 @@ impl DepthImage {
         } else {
             INSTANCE_SAMPLES
         };
-        let (linear, origin) = self.view.camera_from_local(&placed.world_from_local);
+        let (linear, origin) = self.view.camera_from_local(&world_from_local);
         let query = Query {
             linear,
             origin,

@@ -35,7 +35,7 @@ fn naive_image(
     let mut image = (vec![f32::NEG_INFINITY; texels], vec![NOBODY; texels]);
     let mut drawn_points = 0;
     for candidate in &drawn.candidates {
-        let sphere = &scene.placed(candidate.id).unwrap().sphere;
+        let sphere = &candidate.placed.sphere;
         if !(skips_covered && is_covered(drawn, &image.0, sphere)) {
             let rest = triangles.saturating_sub(drawn_points / POINTS_PER_TRIANGLE);
             drawn_points += draw_naively((scene, occluders), drawn, candidate, rest, &mut image);
@@ -67,7 +67,8 @@ fn draw_naively(
     (image, owners): &mut Image,
 ) -> u32 {
     let (plane, texels) = (&drawn.plane, image.len());
-    let placed = scene.placed(candidate.id).unwrap();
+    let placed = &candidate.placed;
+    let placement = scene.placement(placed.id).unwrap();
     let owner = placed.id.index() as u32;
     let mut keep = |texel: usize, nearness: f32| {
         let is_nearer = image[texel] < nearness;
@@ -76,7 +77,7 @@ fn draw_naively(
         }
         is_nearer
     };
-    let (linear, origin) = drawn.view.camera_from_local(&placed.world_from_local);
+    let (linear, origin) = drawn.view.camera_from_local(&placement);
     let occluder = occluders.of_mesh(placed.mesh).unwrap();
     match candidate.drawn_by(occluder, plane, &linear, origin, rest) {
         // Parts outside the image are drawn as well.

@@ -134,9 +134,8 @@ impl FluxWeights<'_> {
         }
         if known.frame != flux.frame {
             known.frame = flux.frame;
-            let placed = self.scene.placed(instance);
-            let image = flux.image.as_ref().zip(placed);
-            let now = image.map(|(image, placed)| image.share(self.occluders, &placed));
+            let image = flux.image.as_ref();
+            let now = image.map(|image| image.share(self.scene, self.occluders, instance));
             let now = now.unwrap_or(FULL_SHARE);
             let hold_frames = flux.settings.hold_frames;
             known.share.update(now, is_refined, hold_frames);

@@ -65,8 +65,7 @@ fn play(mut stage: Stage, mut frame: impl FnMut(usize, &mut Stage) -> View) {
         let image = eye.flux.depth_image().unwrap();
         for &id in &stage.ids {
             let [now, fully] = [&eye.selector, &fresh].map(|of| stage.triangles(of, id));
-            let placed = stage.scene.placed(id).unwrap();
-            let is_seen = image.visible_share(&stage.occluders, &placed) == 1.0;
+            let is_seen = image.visible_share(&stage.scene, &stage.occluders, id) == 1.0;
             assert!(now >= fully || !is_seen, "frame {index}: {now} of {fully}");
             coarser += usize::from(now * 2 < fully);
         }

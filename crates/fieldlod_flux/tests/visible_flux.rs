@@ -138,7 +138,7 @@ fn shares_from(eye: Vec3, hides: bool) -> [f32; 3] {
     scene.update();
     let view = look(perspective(0.85), eye, eye - Vec3::Z);
     let image = DepthImage::new(&scene, &view, &occluders, 8000);
-    ids.map(|id| image.visible_share(&occluders, &scene.placed(id).unwrap()))
+    ids.map(|id| image.visible_share(&scene, &occluders, id))
 }
 
 #[test]

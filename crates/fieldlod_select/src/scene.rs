@@ -78,23 +78,11 @@ pub struct PlacedInstance {
     pub mesh: MeshId,
     /// Its layers, one bit each.
     pub layers: u64,
-    /// Its placement.
-    pub world_from_local: Affine3A,
     /// A sphere around it, in the world.
     pub sphere: Sphere,
 }
 
 impl Instance {
-    fn placed(&self, id: InstanceId, mesh: MeshId) -> PlacedInstance {
-        PlacedInstance {
-            id,
-            mesh,
-            layers: self.layers,
-            world_from_local: self.world_from_local,
-            sphere: self.sphere,
-        }
-    }
-
     fn place(&mut self, table: &GroupTable, world_from_local: Affine3A, bias: f32) {
         // Most instances move without turning. A new instance has no stretch yet.
         if self.stretch[1] == 0.0 || self.world_from_local.matrix3 != world_from_local.matrix3 {
@@ -337,17 +325,17 @@ impl Scene {
     #[must_use]
     pub fn placed(&self, id: InstanceId) -> Option<PlacedInstance> {
         let instance = self.get(id)?;
-        instance.mesh.map(|mesh| instance.placed(id, mesh))
+        Some(PlacedInstance {
+            id,
+            mesh: instance.mesh?,
+            layers: instance.layers,
+            sphere: instance.sphere,
+        })
     }
 
-    /// All instances, by ascending index.
+    /// All instances as of the last [update](Self::update), in no particular order.
     pub fn all_placed(&self) -> impl Iterator<Item = PlacedInstance> {
-        let indexed = (0u32..).zip(&self.instances);
-        indexed.filter_map(|(index, instance)| {
-            let generation = instance.generation;
-            let id = InstanceId { index, generation };
-            instance.mesh.map(|mesh| instance.placed(id, mesh))
-        })
+        self.columns.placed()
     }
 
     /// Another number than before, if an instance or the available groups of a mesh have changed.

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use fieldlod_hierarchy::Sphere;
 use glam::Vec3;
 
-use super::{InstanceId, MeshId};
+use super::{InstanceId, MeshId, PlacedInstance};
 use crate::criterion::error_bounds::sphere_around;
 use crate::lanes::Eight;
 use crate::lanes::bits::{CHUNK, LANES};
@@ -96,6 +96,21 @@ impl Columns {
             let elements = slot / LANES + 1;
             self.spheres.resize(elements, EIGHT_NOTHING);
             slot as u32
+        })
+    }
+
+    /// All instances.
+    pub(crate) fn placed(&self) -> impl Iterator<Item = PlacedInstance> {
+        let occupied = self.occupants.iter().enumerate();
+        let occupied = occupied.filter(|(_, occupant)| occupant.id != InstanceId::NONE);
+        occupied.map(|(slot, occupant)| {
+            let (center, radius) = sphere_at(&self.spheres[slot / LANES], slot % LANES);
+            PlacedInstance {
+                id: occupant.id,
+                mesh: occupant.mesh,
+                layers: occupant.layers,
+                sphere: Sphere { center, radius },
+            }
         })
     }
 

@@ -81,21 +81,10 @@ impl AutoLod {
         }
     }
 
-    /// Whether [`request`](Self::request) is the same, without a copy.
+    /// Whether entities under both share levels. A change of the kind may also change which primitives are baked together,
+    /// and so the levels.
     pub(crate) fn is_same_request(&self, other: &Self) -> bool {
-        // Without `..`, so that a new field is not forgotten.
-        let Self {
-            bias: _,
-            baked,
-            kind,
-            #[cfg(feature = "bake")]
-            bake,
-        } = self;
-        #[cfg(feature = "bake")]
-        if *bake != other.bake {
-            return false;
-        }
-        *baked == other.baked && *kind == other.kind
+        self.request() == other.request()
     }
 
     /// Without the bias, which does not affect preparation. Entities with equal requests share levels.

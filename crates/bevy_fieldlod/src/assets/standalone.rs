@@ -62,6 +62,14 @@ impl LodMesh3d {
     pub(crate) fn key(&self) -> PrimitiveKey {
         (self.file.id(), self.mesh_index, self.primitive_index)
     }
+
+    pub(crate) fn no_primitive(&self, file: &str) -> LodError {
+        LodError::NoPrimitive {
+            file: file.into(),
+            mesh: self.mesh_index,
+            primitive: self.primitive_index,
+        }
+    }
 }
 
 /// File, mesh and primitive.
@@ -178,7 +186,8 @@ impl MeshMaker<'_> {
         let primitive = if loaded.pages.is_some() {
             Err(LodError::InPages { file })
         } else {
-            find(&loaded.file, wanted, &file)
+            let found = loaded.file.find(wanted.mesh_index, wanted.primitive_index);
+            found.ok_or_else(|| wanted.no_primitive(&file))
         };
         let made = primitive.cloned().map(|primitive| self.make(primitive));
         self.known.insert(wanted, made.clone());
@@ -241,19 +250,6 @@ fn insert_meshes(
             }
         }
     }
-}
-
-fn find<'a>(
-    file: &'a BakedFile,
-    wanted: &LodMesh3d,
-    name: &str,
-) -> Result<&'a BakedPrimitive, LodError> {
-    let (mesh, primitive) = (wanted.mesh_index, wanted.primitive_index);
-    file.find(mesh, primitive).ok_or(LodError::NoPrimitive {
-        file: name.into(),
-        mesh,
-        primitive,
-    })
 }
 
 /// Removes the mesh together with the [`LodMesh3d`].

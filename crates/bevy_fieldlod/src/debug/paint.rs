@@ -8,7 +8,7 @@ use super::material::{DebugMaterials, LodDebugMaterial, mesh_tag};
 use crate::draw::inherit::InheritedComponents;
 use crate::draw::units::LodUnit;
 use crate::scene::lod_mesh::LodPiece;
-use crate::scene::lod_scene::{LodInstance, LodScene};
+use crate::scene::lod_scene::LodScene;
 
 /// An entity that is painted.
 #[derive(Component)]
@@ -119,18 +119,10 @@ fn restore(world: &mut World, inherited: &InheritedComponents, entity: Entity) {
 impl LodScene {
     /// Every entity that can be drawn, with its piece.
     pub(super) fn drawn_pieces(&self) -> impl Iterator<Item = (Entity, &LodPiece)> {
-        self.instances()
-            .flat_map(|instance| self.pieces_of(instance))
-    }
-
-    /// The pieces of an instance that can be drawn.
-    fn pieces_of<'a>(
-        &'a self,
-        instance: &'a LodInstance,
-    ) -> impl Iterator<Item = (Entity, &'a LodPiece)> {
-        let whole_mesh = instance.level.map(|level| (instance.entity, level));
-        let pieces = &instance.mesh.pieces;
-        let drawn = whole_mesh.into_iter().chain(self.units_of(instance));
-        drawn.map(|(entity, piece)| (entity, &pieces[piece as usize]))
+        self.instances().flat_map(|instance| {
+            let whole_mesh = instance.level.map(|level| (instance.entity, level));
+            let drawn = whole_mesh.into_iter().chain(self.units_of(instance));
+            drawn.map(|(entity, piece)| (entity, &instance.mesh.pieces[piece as usize]))
+        })
     }
 }

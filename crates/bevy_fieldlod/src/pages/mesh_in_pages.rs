@@ -8,6 +8,7 @@ use fieldlod_hierarchy::{Hierarchy, PagedMesh};
 
 use crate::api::events::LodError;
 use crate::assets::lod_pages::LodPages;
+use crate::assets::standalone::LodMesh3d;
 use crate::scene::unit_mesh::{source_mesh, unit_mesh};
 
 /// One mesh of a file.
@@ -29,20 +30,15 @@ pub(super) struct UnitOfPage {
 impl MeshInPages {
     pub(super) fn find(
         pages: &Arc<LodPages>,
-        (mesh, primitive): (u32, u32),
+        wanted: &LodMesh3d,
         name: &str,
     ) -> Result<Self, LodError> {
-        let is_wanted =
-            |one: &PagedMesh| (one.mesh_index, one.primitive_index) == (mesh, primitive);
+        let place = (wanted.mesh_index, wanted.primitive_index);
+        let is_wanted = |one: &PagedMesh| (one.mesh_index, one.primitive_index) == place;
         let index = pages.file.meshes.iter().position(is_wanted);
-        let index = index.ok_or(LodError::NoPrimitive {
-            file: name.into(),
-            mesh,
-            primitive,
-        })?;
         Ok(Self {
             pages: pages.clone(),
-            index,
+            index: index.ok_or_else(|| wanted.no_primitive(name))?,
         })
     }
 

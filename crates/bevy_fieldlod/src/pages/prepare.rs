@@ -10,7 +10,6 @@ use super::streams::PageStreams;
 use crate::api::config::LodKind;
 use crate::api::events::{FieldLodEvent, LodError, LodOrigin, asset_name};
 use crate::assets::baked_lods::BakedLods;
-use crate::assets::lod_pages::LodPages;
 use crate::assets::standalone::{AwaitsFile, LodMesh3d, StandaloneMesh, StandaloneMeshes};
 use crate::prepare::{LodMeshes, PreparedMesh, piece_of};
 use crate::scene::lod_scene::LodScene;
@@ -34,28 +33,18 @@ pub(super) fn make_meshes(
             continue;
         }
         let name = asset_name(&assets, wanted.file.id());
-        let made = find_coarsest(pages, wanted, &name).map(|(mesh, coarsest)| {
+        let found = MeshInPages::find(pages, wanted, &name);
+        let made = found.and_then(|mesh| {
+            let coarsest = mesh.coarsest()?;
             let source = meshes.add(coarsest);
             streams.sources.insert(source.id(), mesh.clone());
             let provider =
                 move || -> bevy::tasks::BoxedFuture<'static, _> { Box::pin(prepare(mesh.clone())) };
             lods.set_provider(source.id(), Arc::new(provider));
-            StandaloneMesh { source, lods: None }
+            Ok(StandaloneMesh { source, lods: None })
         });
         known.insert(wanted, made);
     }
-}
-
-/// Finds a mesh of a file, and makes its coarsest level.
-fn find_coarsest(
-    pages: &Arc<LodPages>,
-    wanted: &LodMesh3d,
-    name: &str,
-) -> Result<(MeshInPages, Mesh), LodError> {
-    let place = (wanted.mesh_index, wanted.primitive_index);
-    let mesh = MeshInPages::find(pages, place, name)?;
-    let coarsest = mesh.coarsest()?;
-    Ok((mesh, coarsest))
 }
 
 /// Prepares the first page of a mesh.

@@ -122,7 +122,7 @@ fn track_objects(
         // The levels of the object match the mesh and the settings.
         if let (Some(mut object), Some(auto_lod)) = (object, &auto_lod)
             && object.source == mesh.id()
-            && object.fits(auto_lod)
+            && object.auto_lod.is_same_request(auto_lod)
         {
             if object.auto_lod != *auto_lod {
                 object.auto_lod = auto_lod.clone();

@@ -140,10 +140,4 @@ impl LodObject {
     pub(crate) fn has_units(&self) -> bool {
         self.mesh.kind == LodKind::Clusters
     }
-
-    /// Whether its levels match `auto_lod`.
-    pub(crate) fn fits(&self, auto_lod: &AutoLod) -> bool {
-        // Another requested kind may change the primitives that are baked together with this mesh, and so its levels.
-        self.auto_lod.is_same_request(auto_lod)
-    }
 }

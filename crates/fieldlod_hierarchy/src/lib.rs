@@ -40,6 +40,7 @@ mod build;
 mod file;
 #[cfg(any(test, feature = "test-support"))]
 pub mod fixtures;
+pub mod glb;
 mod hierarchy;
 mod random;
 mod refinement;

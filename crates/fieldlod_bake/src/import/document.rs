@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use fieldlod_hierarchy::glb;
 use glam::Mat4;
 use gltf::json::validation::Checked;
 use gltf::{Document, Semantic};
@@ -13,9 +14,6 @@ use super::meshopt_views;
 use super::rig::{Node, ancestors};
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
-const GLB_MAGIC: &[u8] = b"glTF";
-const JSON_CHUNK: u32 = u32::from_le_bytes(*b"JSON");
-const BINARY_CHUNK: u32 = u32::from_le_bytes(*b"BIN\0");
 
 /// The contents of a file.
 pub(super) struct Read<'a> {
@@ -42,7 +40,7 @@ pub(super) fn json_of(bytes: &[u8]) -> Result<(Value, Option<&[u8]>), ImportErro
     if bytes.is_empty() {
         return Err(ImportError::Empty);
     }
-    let (json, blob) = if bytes.starts_with(GLB_MAGIC) {
+    let (json, blob) = if bytes.starts_with(glb::MAGIC) {
         split_glb(bytes)?
     } else {
         (bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes), None)
@@ -58,84 +56,51 @@ pub(super) fn json_of(bytes: &[u8]) -> Result<(Value, Option<&[u8]>), ImportErro
 /// A binary glTF file of JSON and one binary chunk.
 pub(super) fn glb_of(json: &Value, binary: &[u8]) -> Result<Vec<u8>, ImportError> {
     let text = json.to_string();
-    let length = glb_length([text.len() as u64, binary.len() as u64])?;
-    let mut glb = Vec::with_capacity(length as usize);
-    glb.extend(GLB_MAGIC);
-    glb.extend(2u32.to_le_bytes());
-    glb.extend(length.to_le_bytes());
-    for (kind, bytes, padding) in [
-        (JSON_CHUNK, text.as_bytes(), b' '),
-        (BINARY_CHUNK, binary, 0),
-    ] {
-        let padded = bytes.len().next_multiple_of(4);
-        glb.extend((padded as u32).to_le_bytes());
-        glb.extend(kind.to_le_bytes());
-        glb.extend(bytes);
-        glb.resize(glb.len() + padded - bytes.len(), padding);
-    }
-    Ok(glb)
-}
-
-/// The length of a GLB with chunks of these lengths. Its header has 32 bits for it.
-fn glb_length(chunks: [u64; 2]) -> Result<u32, ImportError> {
-    let padded = chunks.map(|length| 8 + length.next_multiple_of(4));
-    let bytes = 12 + padded.into_iter().sum::<u64>();
-    u32::try_from(bytes).map_err(|_| ImportError::TooLargeForGlb { bytes })
+    glb::file_of(&[(glb::JSON, text.as_bytes()), (glb::BIN, binary)])
+        .map_err(|bytes| ImportError::TooLargeForGlb { bytes })
 }
 
 /// The JSON and binary chunks of a GLB. Chunks of other types are ignored, as the specification demands.
 fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
-    let mut rest = bytes;
-    take(&mut rest, GLB_MAGIC.len() as u64, "the GLB header")?;
-    let version = take_u32(&mut rest, "the GLB header")?;
+    let truncated = |what, needed: usize, available: usize| ImportError::Truncated {
+        what,
+        needed: needed as u64,
+        available: available as u64,
+    };
+    let Some(header) = bytes.first_chunk::<{ glb::HEADER_BYTES }>() else {
+        return Err(truncated("the GLB header", glb::HEADER_BYTES, bytes.len()));
+    };
+    let version = little_endian(&header[4..8]);
     if version != 2 {
         let found = version.to_string();
         return Err(ImportError::Version { found });
     }
-    let length = take_u32(&mut rest, "the GLB header")?;
-    let available = bytes.len() as u64;
-    if available < u64::from(length) || length < 12 {
-        return Err(ImportError::Truncated {
-            what: "the file",
-            needed: u64::from(length.max(12)),
-            available: available.min(u64::from(length)),
-        });
-    }
+    let length = little_endian(&header[8..]) as usize;
     // Ignore bytes after the stated length, such as a line end, as viewers do.
-    rest = &bytes[12..length as usize];
+    let Some(rest) = bytes.get(glb::HEADER_BYTES..length) else {
+        let needed = length.max(glb::HEADER_BYTES);
+        return Err(truncated("the file", needed, bytes.len().min(length)));
+    };
     // The first chunk of each kind.
     let (mut json, mut blob) = (None, None);
-    while !rest.is_empty() {
-        let chunk_length = take_u32(&mut rest, "a chunk header")?;
-        let chunk_type = take_u32(&mut rest, "a chunk header")?;
-        let chunk = take(&mut rest, u64::from(chunk_length), "a chunk")?;
-        match chunk_type {
-            JSON_CHUNK if json.is_none() => json = Some(chunk),
-            BINARY_CHUNK if blob.is_none() => blob = Some(chunk),
+    let mut chunks = glb::Chunks(rest);
+    for (kind, chunk) in &mut chunks {
+        match kind {
+            glb::JSON if json.is_none() => json = Some(chunk),
+            glb::BIN if blob.is_none() => blob = Some(chunk),
             _ => {}
         }
     }
+    match chunks.0 {
+        [] => {}
+        [a, b, c, d, _, _, _, _, rest @ ..] => {
+            let needed = u32::from_le_bytes([*a, *b, *c, *d]) as usize;
+            return Err(truncated("a chunk", needed, rest.len()));
+        }
+        rest => return Err(truncated("a chunk header", 8, rest.len())),
+    }
     let json = json.ok_or_else(|| ImportError::Invalid("the GLB has no JSON chunk".into()))?;
     Ok((json, blob))
-}
-
-fn take_u32(rest: &mut &[u8], what: &'static str) -> Result<u32, ImportError> {
-    let bytes = take(rest, 4, what)?;
-    Ok(little_endian(bytes))
-}
-
-fn take<'a>(rest: &mut &'a [u8], needed: u64, what: &'static str) -> Result<&'a [u8], ImportError> {
-    let available = rest.len() as u64;
-    if needed > available {
-        return Err(ImportError::Truncated {
-            what,
-            needed,
-            available,
-        });
-    }
-    let (taken, after) = rest.split_at(needed as usize);
-    *rest = after;
-    Ok(taken)
 }
 
 /// The document of a file's JSON, without animations.
@@ -281,17 +246,4 @@ pub(super) fn spaces_of_meshes(nodes: &[Node], meshes: usize) -> Vec<u32> {
         _ => mesh,
     };
     (0..).zip(&drawn_by).map(space).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn glb_above_32_bits_is_an_error() {
-        let most = u64::from(u32::MAX) - 12 - 8 - 8 - 100 - 3;
-        assert_eq!(glb_length([97, most]).unwrap(), u32::MAX - 3);
-        let fault = glb_length([97, most + 1]).unwrap_err().to_string();
-        assert!(fault.contains("4294967296 bytes"), "{fault}");
-    }
 }

@@ -65,10 +65,7 @@ pub struct Verified {
 /// Why a hierarchy fails.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum VerifyError {
     /// The source is faulty.
     #[error("the source cannot be baked: {0}")]

@@ -15,6 +15,7 @@ pub(crate) mod triangle_tree;
 pub(crate) mod two_sided;
 pub(crate) mod used_vertices;
 
+pub(crate) use source_mesh::check_indices;
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 
 use glam::Vec3;

@@ -10,8 +10,7 @@ use rustc_hash::FxHashMap;
 use crate::characters::bake_rigged;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Skipped, UnreadImage,
-    import_gltf, import_gltf_bytes,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, Skipped, UnreadImage, import_gltf,
 };
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::components::{connect, find_first};
@@ -46,19 +45,6 @@ pub fn bake_file(
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
     bake_import(import_gltf(path)?, config, progress)
-}
-
-/// [`bake_file`] for the bytes of a file. `beside` reads external buffers and images by name.
-///
-/// # Errors
-/// The errors of [`bake_file`].
-pub fn bake_file_bytes(
-    bytes: &[u8],
-    beside: &ReadBeside<'_>,
-    config: &BakeConfig,
-    progress: &(dyn Fn(BakeProgress) + Sync),
-) -> Result<BakeOutcome, ImportError> {
-    bake_import(import_gltf_bytes(bytes, beside)?, config, progress)
 }
 
 /// [`bake_file`] for an imported file.

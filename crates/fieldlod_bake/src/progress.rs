@@ -21,7 +21,7 @@ pub(crate) struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Progress of primitives with these triangles in all. Each level has about half the triangles of the next finer one.
+    /// Progress of primitives with these triangles in all. Each level has about half the triangles of the finer one.
     pub(crate) fn new(triangles: usize, report: &'a (dyn Fn(BakeProgress) + Sync)) -> Self {
         Self {
             done: AtomicU64::new(0),

@@ -20,7 +20,7 @@ use crate::levels::vertices::border_of;
 use crate::mesh::components::{connect, find_first};
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
-use crate::mesh::{MeshError, SourceMesh};
+use crate::mesh::{MeshError, SourceMesh, bits};
 use crate::plants::aggregate::loose_elements;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::kits::LooseElements;
@@ -390,7 +390,7 @@ impl<'a> Part<'a> {
     /// Cuts out a mesh. `ranges` are the vertices of each mesh in `whole`.
     fn of(mesh: &'a SourceMesh, index: usize, ranges: &[Range<usize>], whole: &Hierarchy) -> Self {
         let range = ranges[index].clone();
-        let of_whole = whole.vertices.positions[range.clone()].iter();
+        let of_whole = whole.vertices.positions[range.clone()].iter().copied();
         let mut part = Self {
             mesh,
             own_positions: of_whole
@@ -437,11 +437,10 @@ impl<'a> Part<'a> {
         let from = &whole.vertices;
         let own = self.vertices.positions.len() as u32;
         // Vertices that did not move keep the exact position of the mesh; otherwise there would be cracks.
-        let position = &from.positions[vertex as usize];
+        let position = from.positions[vertex as usize];
         let own_position = self.own_positions.get(&bits(position));
-        self.vertices
-            .positions
-            .push(*own_position.unwrap_or(position));
+        let positions = &mut self.vertices.positions;
+        positions.push(*own_position.unwrap_or(&position));
         push_attribute(&mut self.vertices.normals, &from.normals, vertex);
         push_attribute(&mut self.vertices.uvs, &from.uvs, vertex);
         push_attribute(&mut self.vertices.tangents, &from.tangents, vertex);
@@ -481,10 +480,6 @@ impl<'a> Part<'a> {
         }
         Some(own)
     }
-}
-
-fn bits(position: &Vec3) -> [u32; 3] {
-    position.to_array().map(f32::to_bits)
 }
 
 /// Adds the value of a vertex if the mesh has the attribute.

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 use super::pictures::{AROUND, FEWEST_PIXELS, Frame, MARGIN};
 use super::report::{VerifyError, VerifySettings};
 use crate::mesh::SourceMesh;
-use crate::mesh::bits;
 use crate::mesh::components::connected;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
+use crate::mesh::weld;
 use crate::plants::picture::Raster;
 
 /// Sides of pictures in pixels.
@@ -258,10 +258,7 @@ impl Components {
     /// component of this vertex, another one that of the nearest triangle of the source.
     fn of_vertices(&self, hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> Vec<u32> {
         let positions = &hierarchy.vertices.positions;
-        let mut first_at = HashMap::new();
-        let places = (0..).zip(positions);
-        let places = places.map(|(v, p): (u32, _)| *first_at.entry(bits(*p)).or_insert(v));
-        let first = connected(places.collect(), triangles);
+        let first = connected(weld(positions.iter().copied()), triangles);
         let mut known = vec![NONE; positions.len()];
         let used = || triangles.as_flattened().iter().copied();
         for vertex in used() {

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{Group, Hierarchy};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -235,15 +235,8 @@ impl Components {
     /// The coarsest level of the whole mesh within an error.
     fn of_level(&self, hierarchy: &Hierarchy, error_in_local: f32) -> Vec<Tagged> {
         let mut cuts = hierarchy.whole_mesh_cuts().into_iter();
-        let is_good = |level: u32| {
-            let error =
-                hierarchy.largest_below(level, |group| match group.whole_mesh_error_in_local {
-                    0.0 => group.error_in_local,
-                    measured => measured,
-                });
-            error <= error_in_local
-        };
-        let cut = cuts.rfind(|cut| is_good(cut.group_level));
+        let error_of = |level| hierarchy.largest_below(level, Group::error_of_step);
+        let cut = cuts.rfind(|cut| error_of(cut.group_level) <= error_in_local);
         let triangles = cut.map_or(Vec::new(), |cut| cut.triangles);
         let positions = &hierarchy.vertices.positions;
         let own = self.of_vertices(hierarchy, &triangles);

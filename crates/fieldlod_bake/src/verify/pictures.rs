@@ -3,7 +3,7 @@
 //! Distances at samples do not show missing surfaces: near every point there is another leaf, or the other side of a
 //! sheet. Pictures show these. Back faces are distinguished, as in a renderer with culling.
 
-use fieldlod_hierarchy::Aabb;
+use fieldlod_hierarchy::{Aabb, Group};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -69,19 +69,8 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 
 /// The error of a level, in scaled units.
 fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
-    let hierarchy = subject.hierarchy;
-    let drawn = hierarchy.units_at_level(level);
-    let producers = drawn
-        .iter()
-        .filter_map(|&unit| hierarchy.units[unit].producer());
-    let errors = producers.map(|group| {
-        let group = &hierarchy.groups[group as usize];
-        match group.whole_mesh_error_in_local {
-            0.0 => group.error_in_local,
-            measured => measured,
-        }
-    });
-    errors.fold(0.0, f32::max) * subject.scaled_from_local
+    let error_in_local = subject.hierarchy.largest_below(level, Group::error_of_step);
+    error_in_local * subject.scaled_from_local
 }
 
 /// The region that pictures show.

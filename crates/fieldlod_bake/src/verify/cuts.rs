@@ -16,6 +16,8 @@ use crate::mesh::weld;
 /// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
 /// component. It is the limit of small elements in the bake, stated independently.
 const SMALL_ELEMENT: usize = 16;
+/// Largest share of the area of a cut that may face away from the source.
+const MOST_FLIPPED: f32 = 0.01;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
     check_finest(subject)?;
@@ -138,7 +140,7 @@ impl<'a> Source<'a> {
             });
         }
         let share = self.flipped_share(&drawn);
-        if share > self.subject.settings.flipped_area {
+        if share > MOST_FLIPPED {
             return Err(VerifyError::Flipped {
                 cut,
                 triangles,

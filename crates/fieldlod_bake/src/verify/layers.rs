@@ -9,8 +9,8 @@ use fieldlod_hierarchy::{Group, Hierarchy};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::pictures::{AROUND, FEWEST_PIXELS, Frame, MARGIN};
-use super::report::{VerifyError, VerifySettings};
+use super::pictures::{AROUND, FEWEST_PIXELS, Frame, MARGIN, steady_pixels};
+use super::report::VerifyError;
 use crate::mesh::SourceMesh;
 use crate::mesh::components::connected;
 use crate::mesh::surfaces::Surfaces;
@@ -27,6 +27,8 @@ const MOST_GAP: f32 = 0.02;
 /// Least distance, as a share of the largest extent. Rounded positions and depth buffers do not tell nearer surfaces
 /// apart.
 const LEAST_GAP: f32 = 1.0 / 4096.0;
+/// Largest share of the pixels of a layer that may show the surface behind it.
+const MOST_SWALLOWED: f32 = 0.05;
 /// No component.
 const NONE: u32 = u32::MAX;
 
@@ -40,26 +42,21 @@ struct Fronts {
 }
 
 /// Checks that no level shows a surface in front of a thin layer that covers it in the source. The meshes share one
-/// space and are drawn by one camera, each at its own level. Returns the largest share of a layer's pixels that are lost.
+/// space and are drawn by one camera, each at its own level.
 ///
 /// # Errors
-/// [`VerifyError::Layer`] if the share exceeds [`VerifySettings::swallowed_pixels`].
-pub fn verify_layers(
-    parts: &[(&SourceMesh, &Hierarchy)],
-    settings: &VerifySettings,
-) -> Result<f32, VerifyError> {
+/// [`VerifyError::Layer`] if more than a twentieth of a layer's pixels are lost.
+pub fn verify_layers(parts: &[(&SourceMesh, &Hierarchy)]) -> Result<(), VerifyError> {
     let Some(scene) = Scene::of(parts) else {
-        return Ok(0.0);
+        return Ok(());
     };
-    let mut most = 0.0f32;
     for side in SIDES {
         let share = scene.swallowed_share(side, AROUND);
-        if share > settings.swallowed_pixels {
+        if share > MOST_SWALLOWED {
             return Err(VerifyError::Layer { side, share });
         }
-        most = most.max(share);
     }
-    Ok(most)
+    Ok(())
 }
 
 /// The largest share of a layer's pixels that show the surface behind it while the meshes are `side` pixels large and
@@ -185,26 +182,14 @@ fn lost_pixels(
     side: usize,
     around: usize,
 ) -> Vec<((u32, u32), [usize; 2])> {
-    let width = side + 2 * MARGIN;
     let layer_at = |at: usize| (source.nearest[at].1, source.behind[at].1);
-    let mut found = Vec::new();
-    for row in AROUND..width - AROUND {
-        for column in AROUND..width - AROUND {
-            let own = layer_at(row * width + column);
-            let is_inside = || {
-                let mut rows = row - around..=row + around;
-                rows.all(|row| {
-                    let mut columns = column - around..=column + around;
-                    columns.all(|column| layer_at(row * width + column) == own)
-                })
-            };
-            if own.1 != NONE && is_inside() {
-                let is_lost = level.nearest[row * width + column].1 == own.1;
-                found.push((own, [1, usize::from(is_lost)]));
-            }
-        }
-    }
-    found
+    let shown = |at| Some(layer_at(at)).filter(|(_, behind)| *behind != NONE);
+    let pixels = steady_pixels(side, around, shown);
+    let found = pixels.map(|at| {
+        let own = layer_at(at);
+        (own, [1, usize::from(level.nearest[at].1 == own.1)])
+    });
+    found.collect()
 }
 
 /// The components of a mesh.

@@ -171,7 +171,7 @@ fn wrong_share(source: &[[Vec<Shown>; 2]; 3], level: &[[Vec<Shown>; 2]; 3], side
     wrong as f32 / whole as f32
 }
 
-/// The pixels that show something, and the same up to `around` pixels away, which is at most [`AROUND`].
+/// The pixels that show something, and the same within `around` pixels. `around` is at most [`AROUND`].
 pub(super) fn steady_pixels<T: PartialEq>(
     side: usize,
     around: usize,

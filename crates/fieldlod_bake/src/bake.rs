@@ -14,7 +14,7 @@ use crate::mesh::two_sided::Sheets;
 use crate::mesh::used_vertices::Compact;
 use crate::mesh::{MeshError, SourceMesh};
 use crate::plants::appearance::measure_levels;
-use crate::progress::Share;
+use crate::progress::Progress;
 use crate::report::BakeReport;
 
 /// Bakes all levels of detail of one mesh.
@@ -36,7 +36,7 @@ pub fn bake_mesh_with_report(
     mesh: &SourceMesh,
     config: &BakeConfig,
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
-    bake_mesh_with_progress(mesh, &[], config, &Share::default())
+    bake_mesh_with_progress(mesh, &[], config, &Progress::default())
 }
 
 /// [`bake_mesh`] with progress. `kept` marks vertices that stay at all levels: one value per vertex, or empty.
@@ -44,7 +44,7 @@ pub(crate) fn bake_mesh_with_progress(
     mesh: &SourceMesh,
     kept: &[bool],
     config: &BakeConfig,
-    progress: &Share<'_>,
+    progress: &Progress<'_>,
 ) -> Result<(Hierarchy, BakeReport), MeshError> {
     config.validate()?;
     let compact = Compact::of(mesh)?;
@@ -62,7 +62,7 @@ pub(crate) fn bake_valid_mesh(
     surfaces: Surfaces,
     kept: &[bool],
     config: &BakeConfig,
-    progress: &Share<'_>,
+    progress: &Progress<'_>,
 ) -> (Hierarchy, BakeReport) {
     // Weld vertices, and remove the backs of two-sided sheets: only one side is simplified.
     let topology = Topology::of(mesh, &surfaces);

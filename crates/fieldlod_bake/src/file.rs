@@ -10,14 +10,13 @@ use rustc_hash::FxHashMap;
 use crate::characters::bake_rigged;
 use crate::config::BakeConfig;
 use crate::import::{
-    Import, ImportError, ImportedPrimitive, PrimitivePlace, ReadBeside, Skipped, UnreadImage,
-    import_gltf, import_gltf_bytes,
+    Import, ImportError, ImportedPrimitive, PrimitivePlace, Skipped, UnreadImage, import_gltf,
 };
 use crate::levels::neighbours::meeting_vertices;
 use crate::mesh::components::{connect, find_first};
 use crate::mesh::{MeshError, SourceMesh, bits};
 use crate::plants::together::{bake_together_with_progress, config_for_adjacent, layered_sets};
-use crate::progress::{BakeProgress, Share, Tracker};
+use crate::progress::{BakeProgress, Progress};
 use crate::report::BakeReport;
 
 /// The levels of detail of all primitives of a file.
@@ -35,8 +34,7 @@ pub struct BakeOutcome {
 
 /// Imports a `.gltf` or `.glb` file and bakes all its primitives, in parallel.
 ///
-/// `progress` is called from several threads: after each level and at the end of a primitive. Rigged primitives report
-/// only their end.
+/// `progress` is called from several threads: after each level and each rigged primitive, and at the end.
 ///
 /// # Errors
 /// The errors of [`import_gltf`] and [`bake_import`]. The import skips a faulty primitive among others.
@@ -46,19 +44,6 @@ pub fn bake_file(
     progress: &(dyn Fn(BakeProgress) + Sync),
 ) -> Result<BakeOutcome, ImportError> {
     bake_import(import_gltf(path)?, config, progress)
-}
-
-/// [`bake_file`] for the bytes of a file. `beside` reads external buffers and images by name.
-///
-/// # Errors
-/// The errors of [`bake_file`].
-pub fn bake_file_bytes(
-    bytes: &[u8],
-    beside: &ReadBeside<'_>,
-    config: &BakeConfig,
-    progress: &(dyn Fn(BakeProgress) + Sync),
-) -> Result<BakeOutcome, ImportError> {
-    bake_import(import_gltf_bytes(bytes, beside)?, config, progress)
 }
 
 /// [`bake_file`] for an imported file.
@@ -74,8 +59,8 @@ pub fn bake_import(
         return Err(nothing_to_bake(&import));
     }
     let triangles = import.primitives.iter().map(|p| p.mesh.triangle_count());
-    let tracker = Tracker::new(triangles, progress);
-    let rigged = bake_rigged_primitives(&import, config, &tracker)?;
+    let progress = Progress::new(triangles.sum(), progress);
+    let rigged = bake_rigged_primitives(&import, config, &progress)?;
     import
         .primitives
         .retain(|primitive| primitive.rig.is_none());
@@ -97,13 +82,15 @@ pub fn bake_import(
     let in_parallel = meshes
         .par_iter()
         .zip(&outer)
-        .map(|(mesh, outer)| bake_primitives(mesh, outer, config, &tracker));
+        .map(|(mesh, outer)| bake_primitives(mesh, outer, config, &progress));
     let baked = in_parallel.collect::<Result<Vec<_>, ImportError>>()?;
     let mut baked: Vec<_> = baked.into_iter().flatten().chain(rigged).collect();
     // Rigged primitives were baked separately. Files list primitives in the order of the glTF file.
     baked.sort_by_key(|(primitive, _)| (primitive.mesh_index, primitive.primitive_index));
     let (mut primitives, reports): (Vec<_>, Vec<_>) = baked.into_iter().unzip();
     share_grids(&mut primitives, &import.space_of_mesh);
+    // The estimated number of triangles is seldom exact. The rest counts as done.
+    progress.finish();
     Ok(BakeOutcome {
         file: BakedFile { primitives },
         reports,
@@ -116,13 +103,13 @@ pub fn bake_import(
 fn bake_rigged_primitives(
     import: &Import,
     config: &BakeConfig,
-    tracker: &Tracker<'_>,
+    progress: &Progress<'_>,
 ) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
     let baked = bake_rigged(import, config).into_iter();
     let finished = baked.map(|(place, baked)| {
         let finished = finish(&place, baked)?;
         let triangles = finished.0.hierarchy.source_triangle_count() as usize;
-        tracker.share_of(triangles).finish();
+        progress.add(2 * triangles);
         Ok(finished)
     });
     finished.collect()
@@ -221,13 +208,9 @@ fn bake_primitives(
     primitives: &[ImportedPrimitive],
     outer: &[Vec<bool>],
     config: &BakeConfig,
-    tracker: &Tracker<'_>,
+    progress: &Progress<'_>,
 ) -> Result<Vec<(BakedPrimitive, BakeReport)>, ImportError> {
     let meshes: Vec<&SourceMesh> = primitives.iter().map(|primitive| &primitive.mesh).collect();
-    let shares = meshes
-        .iter()
-        .map(|mesh| tracker.share_of(mesh.triangle_count()));
-    let shares: Vec<Share<'_>> = shares.collect();
     // Primitives of which one is drawn in units are baked separately. If they share too many border vertices, they are
     // baked together even then: otherwise they would have cracks.
     let is_large = |mesh: &&SourceMesh| mesh.triangle_count() >= CLUSTERS_FROM_TRIANGLES as usize;
@@ -237,9 +220,7 @@ fn bake_primitives(
     } else {
         config.clone()
     };
-    let baked = bake_together_with_progress(&meshes, &own, outer, config, &shares);
-    // The estimated number of triangles is seldom exact. The rest counts as done.
-    shares.iter().for_each(Share::finish);
+    let baked = bake_together_with_progress(&meshes, &own, outer, config, progress);
     let finished = primitives.iter().zip(baked);
     finished
         .map(|(primitive, baked)| finish(&primitive.place, baked))

@@ -91,7 +91,7 @@ pub use bake::{bake_mesh, bake_mesh_with_report};
 pub use characters::support::{Character, Part, Pose, clip_poses, deviations, plain_levels};
 pub use characters::{RiggedResult, RiggedVerified, bake_rigged, verify_rigged};
 pub use config::BakeConfig;
-pub use file::{BakeOutcome, bake_file, bake_file_bytes, bake_import};
+pub use file::{BakeOutcome, bake_file, bake_import};
 pub use import::{
     AccessorFault, BufferFault, Channel, Clip, ClipFault, ImageFault, Import, ImportError,
     ImportedPrimitive, Interpolation, Node, PackedViewFault, PrimitiveFault, PrimitivePlace,

@@ -1,6 +1,6 @@
 //! Progress of a bake, summed over all threads.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// Progress of a bake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,74 +11,43 @@ pub struct BakeProgress {
     pub triangles_total: u64,
 }
 
-/// Sums the work of all threads.
-pub(crate) struct Tracker<'a> {
-    done: AtomicU64,
-    total: AtomicU64,
-    report: &'a (dyn Fn(BakeProgress) + Sync),
-}
-
-impl<'a> Tracker<'a> {
-    /// Creates a tracker for primitives with these numbers of triangles.
-    pub(crate) fn new(
-        triangles: impl Iterator<Item = usize>,
-        report: &'a (dyn Fn(BakeProgress) + Sync),
-    ) -> Self {
-        Self {
-            done: AtomicU64::new(0),
-            total: AtomicU64::new(triangles.map(expected_triangles).sum()),
-            report,
-        }
-    }
-
-    /// Progress of one primitive.
-    pub(crate) fn share_of(&self, triangle_count: usize) -> Share<'_> {
-        Share {
-            tracker: Some(self),
-            left: AtomicU64::new(expected_triangles(triangle_count)),
-        }
-    }
-
-    fn add(&self, count: u64) {
-        // Relaxed: the numbers are for display, and no other data depends on them.
-        let before = self.done.fetch_add(count, Ordering::Relaxed);
-        (self.report)(BakeProgress {
-            triangles_done: before + count,
-            triangles_total: self.total.load(Ordering::Relaxed),
-        });
-    }
-}
-
-/// Each level has about half the triangles of the next finer level.
-fn expected_triangles(triangle_count: usize) -> u64 {
-    triangle_count as u64 * 2
-}
-
-/// Progress of one primitive. The default reports nothing.
+/// Sums the work of all threads. The default reports nothing.
 #[derive(Default)]
-pub(crate) struct Share<'a> {
-    tracker: Option<&'a Tracker<'a>>,
+pub(crate) struct Progress<'a> {
+    done: AtomicU64,
     /// Expected triangles that are not yet simplified.
     left: AtomicU64,
+    report: Option<&'a (dyn Fn(BakeProgress) + Sync)>,
 }
 
-impl Share<'_> {
-    /// Adds simplified triangles.
+impl<'a> Progress<'a> {
+    /// Progress of primitives with these triangles in all. Each level has about half the triangles of the finer one.
+    pub(crate) fn new(triangles: usize, report: &'a (dyn Fn(BakeProgress) + Sync)) -> Self {
+        Self {
+            done: AtomicU64::new(0),
+            left: AtomicU64::new(triangles as u64 * 2),
+            report: Some(report),
+        }
+    }
+
+    /// Adds simplified triangles. If there are more than expected, the total grows.
     pub(crate) fn add(&self, triangle_count: usize) {
-        let Some(tracker) = self.tracker else {
+        let Some(report) = self.report else {
             return;
         };
         let count = triangle_count as u64;
-        let left = self.left.load(Ordering::Relaxed);
-        // If there are more than expected, the total grows.
-        let more = count.saturating_sub(left);
-        tracker.total.fetch_add(more, Ordering::Relaxed);
-        self.left.store(left + more - count, Ordering::Relaxed);
-        tracker.add(count);
+        // `left` shrinks first, so that no sum of both is too large. Relaxed: the numbers are for display.
+        let less = |left: u64| Some(left.saturating_sub(count));
+        let _ = self.left.fetch_update(Relaxed, Relaxed, less);
+        let triangles_done = self.done.fetch_add(count, Relaxed) + count;
+        report(BakeProgress {
+            triangles_done,
+            triangles_total: triangles_done + self.left.load(Relaxed),
+        });
     }
 
     /// Adds the remaining expected triangles.
     pub(crate) fn finish(&self) {
-        self.add(self.left.load(Ordering::Relaxed) as usize);
+        self.add(self.left.load(Relaxed) as usize);
     }
 }

@@ -190,7 +190,7 @@ fn verify_layers_between(import: &Import, file: &BakedFile, reports: &mut [Primi
         }
     }
     for (indices, parts) in of_spaces.into_values().filter(|(own, _)| own.len() > 1) {
-        if let Err(fault) = verify_layers(&parts, &VerifySettings::default()) {
+        if let Err(fault) = verify_layers(&parts) {
             for index in indices {
                 reports[index].fault = Some(fault.to_string());
             }

@@ -81,7 +81,7 @@ impl Hierarchy {
             };
             let group = Group {
                 bounds,
-                error_in_local: largest(error_of_step),
+                error_in_local: largest(Group::error_of_step),
                 deviation_in_local: largest(|group| group.deviation_in_local),
                 mean_normal: mean_normal(&self.vertices, &level.triangles),
                 ..Group::default()
@@ -152,11 +152,14 @@ impl Hierarchy {
     }
 }
 
-/// The whole-mesh error if it was measured on pictures, otherwise the error of the group.
-fn error_of_step(group: &Group) -> f32 {
-    match group.whole_mesh_error_in_local {
-        0.0 => group.error_in_local,
-        measured => measured,
+impl Group {
+    /// The whole-mesh error if it was measured on pictures, otherwise the error of the group.
+    #[must_use]
+    pub fn error_of_step(&self) -> f32 {
+        match self.whole_mesh_error_in_local {
+            0.0 => self.error_in_local,
+            measured => measured,
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use bevy::asset::{AssetLoader, AssetPath, LoadContext};
 use bevy::gltf::{GltfLoader, GltfLoaderSettings};
 use bevy::prelude::*;
 use bevy::tasks::futures_lite::AsyncWriteExt;
-use fieldlod_bake::{BakeConfig, bake_file_bytes, import_gltf_bytes};
+use fieldlod_bake::{BakeConfig, bake_import, import_gltf_bytes};
 use fieldlod_hierarchy::Precision;
 
 use crate::assets::glb;
@@ -133,7 +133,8 @@ fn processed(path: &AssetPath, glb: Vec<u8>, files: &Files) -> Vec<u8> {
         Some(file) => file.clone().map_err(io::Error::other),
         None => Err(io::ErrorKind::NotFound.into()),
     };
-    match bake_file_bytes(&glb, &beside, &BakeConfig::default(), &|_| ()) {
+    let import = import_gltf_bytes(&glb, &beside);
+    match import.and_then(|import| bake_import(import, &BakeConfig::default(), &|_| ())) {
         Ok(outcome) => {
             for unread in &outcome.unread_images {
                 warn!("{path}: {unread}");

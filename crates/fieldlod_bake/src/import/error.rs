@@ -50,10 +50,7 @@ pub enum SkipReason {
 /// A fault of a primitive.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum PrimitiveFault {
     /// An accessor could not be read.
     #[error("{attribute}: {fault}")]
@@ -79,10 +76,7 @@ impl PrimitiveFault {
 /// Why a file cannot be imported or baked. The message does not repeat the file's name.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum ImportError {
     /// The file could not be read.
     #[error("could not be read: {0}")]
@@ -151,10 +145,7 @@ fn remedy(extension: &str) -> &'static str {
 /// Why the bytes of a buffer could not be read.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum BufferFault {
     /// The file beside the glTF could not be read.
     #[error("{uri:?} could not be read: {error}")]
@@ -176,10 +167,7 @@ pub enum BufferFault {
 /// Why an accessor could not be read.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum AccessorFault {
     /// The accessor ends outside its buffer view, or the view outside its buffer.
     #[error("accessor {accessor} reads outside its buffer")]

@@ -23,10 +23,7 @@ pub(super) fn allowance(buffers: &[Vec<u8>]) -> usize {
 /// Why a compressed buffer view could not be decoded.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum PackedViewFault {
     /// A property is missing, out of range, or claims too many bytes.
     #[error("its {property} is missing or out of range")]

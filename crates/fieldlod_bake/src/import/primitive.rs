@@ -11,7 +11,7 @@ use super::error::{PrimitiveFault, SkipReason};
 use super::format::{Attribute, Formats};
 use super::rig::{Rig, Skin, read_rig};
 use crate::mesh::used_vertices::{renumber, used_of};
-use crate::mesh::{MeshError, SourceMesh};
+use crate::mesh::{MeshError, SourceMesh, check_indices};
 
 /// The largest number of vertices that 16-bit indices reach. Levels of rigged primitives have one unit each.
 const MOST_RIGGED_VERTICES: usize = 1 << 16;
@@ -87,15 +87,8 @@ fn corners(
     };
     let corners = read_indices(&accessor, buffers);
     let corners = corners.map_err(PrimitiveFault::accessor("indices"))?;
-    let is_wrong = |&(_, &index): &(usize, &u32)| index as usize >= vertices;
-    match corners.iter().enumerate().find(is_wrong) {
-        Some((position, &index)) => Err(PrimitiveFault::Mesh(MeshError::IndexOutOfRange {
-            position,
-            index,
-            vertices,
-        })),
-        None => Ok(Some(corners)),
-    }
+    check_indices(&corners, vertices)?;
+    Ok(Some(corners))
 }
 
 struct Reader<'a> {

@@ -5,10 +5,7 @@ use thiserror::Error;
 /// Why a skin or morph targets cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum RigFault {
     /// Some nodes draw the mesh with a skin, and others without.
     #[error("some nodes draw it with a skin and others without")]

@@ -10,7 +10,7 @@ use crate::levels::step::LevelStep;
 use crate::levels::vertices::LevelVertices;
 use crate::mesh::SourceMesh;
 use crate::plants::plant::Plant;
-use crate::progress::Share;
+use crate::progress::Progress;
 use crate::report::BakeReport;
 
 /// Simplification ends at this number of triangles: a coarser level would still need one draw call.
@@ -29,7 +29,7 @@ pub(crate) fn build_levels(
     mesh: &SourceMesh,
     vertices: &mut LevelVertices,
     config: &BakeConfig,
-    progress: &Share<'_>,
+    progress: &Progress<'_>,
 ) -> (Groups, BakeReport) {
     let (mut clusters, source) = rayon::join(
         || clusters_of_source(&mesh.indices, vertices, config),

@@ -3,7 +3,6 @@
 use rustc_hash::FxHashMap;
 
 use crate::levels::simplify::{Simplified, Task};
-use crate::mesh::components::components_of;
 use crate::mesh::edges::Links;
 
 impl Task<'_> {
@@ -17,15 +16,9 @@ impl Task<'_> {
         let mut is_opened = vec![false; self.piece.vertices.len()];
         let opened = self.opened_positions(&simplified).into_iter();
         opened.for_each(|first| is_opened[first as usize] = true);
-        let components = components_of(
-            &self.piece.corners,
-            &self.piece.positions,
-            &self.same_position,
-            &self.is_locked,
-        );
         let mut is_restored = vec![false; self.piece.vertices.len()];
         let mut corners = Vec::new();
-        for component in &components {
+        for component in &self.components(&self.piece.corners, &self.piece.positions) {
             let mut firsts = component
                 .corners()
                 .map(|own| self.same_position[own as usize]);
@@ -55,30 +48,22 @@ impl Task<'_> {
     /// that other groups share are included.
     fn opened_positions(&self, simplified: &Simplified) -> Vec<u32> {
         let welded = |&own: &u32| self.same_position[own as usize];
-        let is_border = |own: u32| {
-            let vertex = self.piece.vertices[own as usize];
-            self.vertices.is_border[vertex as usize]
-        };
         let mut links = Links::of(self.piece.vertices.len());
         links.add(self.piece.corners.iter().map(welded));
         links.remove(simplified.corners.iter().map(welded));
         // The difference of both sums is zero where the open edges at a vertex stay the same.
         let firsts = self.same_position.iter().copied();
         let mut opened: Vec<u32> = firsts
-            .filter(|&own| links.is_open(own) && !is_border(own))
+            .filter(|&own| links.is_open(own) && !self.is_border(own))
             .collect();
         // The border of the source may change, except where another group has the same border.
-        opened.extend(self.changed_shared_borders(simplified, is_border));
+        opened.extend(self.changed_shared_borders(simplified));
         opened
     }
 
     /// Ends of changed edges between locked vertices on a border of the source. Other groups may use these edges.
-    fn changed_shared_borders(
-        &self,
-        simplified: &Simplified,
-        is_border: impl Fn(u32) -> bool,
-    ) -> Vec<u32> {
-        let is_shared = |own: u32| self.is_locked[own as usize] && is_border(own);
+    fn changed_shared_borders(&self, simplified: &Simplified) -> Vec<u32> {
+        let is_shared = |own: u32| self.is_locked[own as usize] && self.is_border(own);
         let mut balance: FxHashMap<(u32, u32), i32> = FxHashMap::default();
         for (list, sign) in [(&self.piece.corners, 1), (&simplified.corners, -1)] {
             let (triangles, _) = list.as_chunks::<3>();

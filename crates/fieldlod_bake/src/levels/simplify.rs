@@ -166,6 +166,16 @@ impl Task<'_> {
         }
     }
 
+    /// The connected components of triangles of own vertices.
+    pub(crate) fn components(&self, corners: &[u32], positions: &[[f32; 3]]) -> Vec<Component> {
+        components_of(corners, positions, &self.same_position, &self.is_locked)
+    }
+
+    /// Whether an own vertex is on a border of the source.
+    pub(crate) fn is_border(&self, own: u32) -> bool {
+        self.vertices.is_border[self.piece.vertices[own as usize] as usize]
+    }
+
     fn simplify_by(&self, method: Method, target: usize) -> Simplified {
         let mut simplified = self.unchanged(method);
         let mut error = 0.0f32;
@@ -277,12 +287,7 @@ impl Task<'_> {
     /// Removes the smallest components without locked vertices until few enough triangles are left. The largest
     /// component stays.
     fn prune(&self, simplified: &mut Simplified, target: usize) {
-        let mut components = components_of(
-            &simplified.corners,
-            &self.piece.positions,
-            &self.same_position,
-            &self.is_locked,
-        );
+        let mut components = self.components(&simplified.corners, &self.piece.positions);
         let radius = |component: &Component| component.radius;
         components.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
         let Some(largest) = components.pop() else {
@@ -315,10 +320,9 @@ impl Task<'_> {
             let own = own as usize;
             let (before, after) = (self.piece.positions[own], simplified.positions[own]);
             let moved = (0..3).any(|k| (before[k] - after[k]).abs() > ROUNDING);
-            let is_border = self.vertices.is_border[self.piece.vertices[own] as usize];
             let is_finite = after.iter().all(|x| x.is_finite());
             has_moved[self.same_position[own] as usize] |=
-                moved && is_finite && !is_border && !self.is_locked[own];
+                moved && is_finite && !self.is_border(own as u32) && !self.is_locked[own];
         }
         for &own in &simplified.corners {
             let own = own as usize;

@@ -45,6 +45,24 @@ impl Links {
     }
 }
 
+/// An edge of a triangle: both ends, the smaller first; whether it runs from the smaller end; the third corner.
+pub(crate) type Edge = (u32, u32, bool, u32);
+
+/// The edges of all triangles, sorted. Edges between equal vertices are left out.
+pub(crate) fn sorted_edges(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<Edge> {
+    let edges = triangles.flat_map(|[a, b, c]| [(a, b, c), (b, c, a), (c, a, b)]);
+    let edges = edges.filter(|(from, to, _)| from != to);
+    let edges = edges.map(|(from, to, third)| (from.min(to), from.max(to), from < to, third));
+    let mut edges: Vec<Edge> = edges.collect();
+    edges.sort_unstable();
+    edges
+}
+
+/// Whether triangles use an edge more often in one direction than in the other. `same` are all edges with its ends.
+pub(crate) fn is_unbalanced(same: &&[Edge]) -> bool {
+    2 * same.iter().filter(|edge| edge.2).count() != same.len()
+}
+
 /// A hash whose sums practically never collide (SplitMix64 by S. Vigna).
 pub(crate) fn hash_of(vertex: u32) -> u64 {
     let mut mixed = u64::from(vertex).wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -15,10 +15,12 @@ pub(crate) mod triangle_tree;
 pub(crate) mod two_sided;
 pub(crate) mod used_vertices;
 
+pub(crate) use source_mesh::check_indices;
 pub use source_mesh::{MAX_COORDINATE, MeshError, SourceMesh};
 
 use glam::Vec3;
 use meshopt::VertexDataAdapter;
+use rustc_hash::FxHashMap;
 
 /// Positions as meshoptimizer reads them.
 pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
@@ -33,4 +35,13 @@ pub(crate) fn adapter(positions: &[[f32; 3]]) -> VertexDataAdapter<'_> {
 pub(crate) fn bits(position: Vec3) -> [u32; 3] {
     // Adding zero turns −0 into +0, so that both have the same bits.
     (position + Vec3::ZERO).to_array().map(f32::to_bits)
+}
+
+/// For each position, the index of the first equal position.
+pub(crate) fn weld(positions: impl Iterator<Item = Vec3>) -> Vec<u32> {
+    let mut first_at: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    let firsts = (0..).zip(positions);
+    firsts
+        .map(|(index, position)| *first_at.entry(bits(position)).or_insert(index))
+        .collect()
 }

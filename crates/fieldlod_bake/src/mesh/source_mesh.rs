@@ -154,11 +154,6 @@ impl SourceMesh {
 
     /// [`Self::validate`] without the positions.
     pub(crate) fn check_shape(&self) -> Result<(), MeshError> {
-        self.check_counts()?;
-        self.check_indices()
-    }
-
-    fn check_counts(&self) -> Result<(), MeshError> {
         // Counts come first: their errors are the clearest.
         let count = self.indices.len();
         if count == 0 {
@@ -171,27 +166,14 @@ impl SourceMesh {
         if vertices > MAX_COUNT || count / 3 > MAX_COUNT {
             return Err(MeshError::TooLarge);
         }
-        match self.vertices.incomplete_attribute() {
-            Some((attribute, count)) => Err(MeshError::AttributeCount {
+        if let Some((attribute, count)) = self.vertices.incomplete_attribute() {
+            return Err(MeshError::AttributeCount {
                 attribute,
                 count,
                 vertices,
-            }),
-            None => Ok(()),
+            });
         }
-    }
-
-    fn check_indices(&self) -> Result<(), MeshError> {
-        let vertices = self.positions.len();
-        let mut indices = self.indices.iter().enumerate();
-        match indices.find(|&(_, &index)| index as usize >= vertices) {
-            Some((position, &index)) => Err(MeshError::IndexOutOfRange {
-                position,
-                index,
-                vertices,
-            }),
-            None => Ok(()),
-        }
+        check_indices(&self.indices, vertices)
     }
 
     fn check_positions(&self) -> Result<(), MeshError> {
@@ -201,6 +183,19 @@ impl SourceMesh {
             Some((vertex, &position)) => Err(MeshError::BadPosition { vertex, position }),
             None => Ok(()),
         }
+    }
+}
+
+/// Checks that no index is beyond the last vertex.
+pub(crate) fn check_indices(indices: &[u32], vertices: usize) -> Result<(), MeshError> {
+    let mut indices = indices.iter().enumerate();
+    match indices.find(|&(_, &index)| index as usize >= vertices) {
+        Some((position, &index)) => Err(MeshError::IndexOutOfRange {
+            position,
+            index,
+            vertices,
+        }),
+        None => Ok(()),
     }
 }
 

@@ -129,12 +129,7 @@ impl Task<'_> {
 
     /// Splits the piece into elements (small loose components) and surfaces.
     fn elements_and_surfaces(&self) -> Option<(Vec<Component>, Vec<Component>)> {
-        let mut components = components_of(
-            &self.piece.corners,
-            &self.piece.positions,
-            &self.same_position,
-            &self.is_locked,
-        );
+        let mut components = self.components(&self.piece.corners, &self.piece.positions);
         for component in &mut components {
             let vertices = component.vertices().into_iter();
             component.visible_px = match &self.visible_px {

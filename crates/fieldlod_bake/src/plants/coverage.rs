@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::levels::simplify::{Method, Simplified, Task};
 use crate::levels::vertices::{LevelVertices, Piece};
-use crate::mesh::components::{Component, components_of};
+use crate::mesh::components::Component;
 use crate::mesh::surface::Surface;
 use crate::plants::elements::MAX_SMALL_ELEMENT;
 use crate::plants::picture::{Model, Viewpoint};
@@ -85,12 +85,7 @@ impl Coverage {
     /// Scales a simplified mesh until it covers the wanted area. Elements grow or shrink; surfaces only grow.
     pub(crate) fn correct_area(&self, task: &Task<'_>, simplified: &mut Simplified) {
         let before = simplified.positions.clone();
-        let parts = components_of(
-            &simplified.corners,
-            &before,
-            &task.same_position,
-            &task.is_locked,
-        );
+        let parts = task.components(&simplified.corners, &before);
         let mut gain = 1.0f32;
         let mut drawn = Drawn::default();
         drawn.push(&task.piece, simplified);
@@ -326,10 +321,8 @@ impl Task<'_> {
                 *normals.entry(first(own)).or_default() += cross;
             }
         }
-        let is_border =
-            |own: &u32| self.vertices.is_border[self.piece.vertices[*own as usize] as usize];
         // Vertices on borders of the source stay in place, as in simplification.
-        let scaled_vertices = vertices.filter(|own| !is_border(own));
+        let scaled_vertices = vertices.filter(|&own| !self.is_border(own));
         scaled_vertices
             .map(|own| {
                 (

@@ -144,12 +144,8 @@ impl Task<'_> {
         mean: &[f32],
     ) {
         let factor = (area / element.area).sqrt();
-        let is_border = |&own: &u32| {
-            let vertex = self.piece.vertices[own as usize];
-            self.vertices.is_border[vertex as usize]
-        };
         let is_large = element.triangles.len() > MAX_SMALL_ELEMENT;
-        if !factor.is_finite() || is_large && element.vertices().iter().any(is_border) {
+        if !factor.is_finite() || is_large && element.corners().any(|own| self.is_border(own)) {
             return;
         }
         let layout = &self.vertices.layout;

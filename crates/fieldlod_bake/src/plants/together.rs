@@ -20,11 +20,11 @@ use crate::levels::vertices::border_of;
 use crate::mesh::components::{connect, find_first};
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
-use crate::mesh::{MeshError, SourceMesh};
+use crate::mesh::{MeshError, SourceMesh, bits};
 use crate::plants::aggregate::loose_elements;
 use crate::plants::appearance::MAX_VERTICES;
 use crate::plants::kits::LooseElements;
-use crate::progress::Share;
+use crate::progress::Progress;
 use crate::report::BakeReport;
 
 /// Maximum number of meshes in one plant.
@@ -59,13 +59,8 @@ pub fn bake_together(
     config: &BakeConfig,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let outer = vec![Vec::new(); meshes.len()];
-    bake_together_with_progress(
-        meshes,
-        &shared_vertices(meshes),
-        &outer,
-        config,
-        &shares_of(meshes),
-    )
+    let own = shared_vertices(meshes);
+    bake_together_with_progress(meshes, &own, &outer, config, &Progress::default())
 }
 
 /// [`bake_together`] for the primitives of one glTF mesh if some are drawn in units. The meshes are baked separately
@@ -81,7 +76,7 @@ pub fn bake_adjacent(
     let own = shared_vertices(meshes);
     let outer = vec![Vec::new(); meshes.len()];
     let config = config_for_adjacent(meshes, &own, config);
-    bake_together_with_progress(meshes, &own, &outer, &config, &shares_of(meshes))
+    bake_together_with_progress(meshes, &own, &outer, &config, &Progress::default())
 }
 
 /// The vertices where the meshes meet each other; none if a mesh is invalid.
@@ -91,10 +86,6 @@ fn shared_vertices(meshes: &[&SourceMesh]) -> Vec<Vec<bool>> {
     } else {
         vec![Vec::new(); meshes.len()]
     }
-}
-
-fn shares_of(meshes: &[&SourceMesh]) -> Vec<Share<'static>> {
-    meshes.iter().map(|_| Share::default()).collect()
 }
 
 /// The configuration for the primitives of one glTF mesh if some are drawn in units. `own` are the vertices where they
@@ -116,7 +107,7 @@ pub(crate) fn config_for_adjacent(
     }
 }
 
-/// [`bake_together`] with the progress of each mesh. Meshes that are baked together use the first of `shares`.
+/// [`bake_together`] with progress.
 ///
 /// `own` marks the vertices where the meshes meet each other, and `outer` those where they meet other objects. Within
 /// [`MAX_KEPT_VERTICES`], separate meshes keep both at all levels, and joined meshes keep `outer`.
@@ -125,14 +116,14 @@ pub(crate) fn bake_together_with_progress(
     own: &[Vec<bool>],
     outer: &[Vec<bool>],
     config: &BakeConfig,
-    shares: &[Share<'_>],
+    progress: &Progress<'_>,
 ) -> Vec<Result<(Hierarchy, BakeReport), MeshError>> {
     let together = if can_bake_as_plant(meshes, config) {
         Some(Joint::Plant)
     } else {
         can_bake_as_surface(meshes, own, config).then_some(Joint::Surface)
     };
-    let as_one = |joint| bake_joined(meshes, joint, &outer.concat(), config, &shares[0]);
+    let as_one = |joint| bake_joined(meshes, joint, &outer.concat(), config, progress);
     if let Some(baked) = together.and_then(as_one) {
         return baked.into_iter().map(Ok).collect();
     }
@@ -144,14 +135,13 @@ pub(crate) fn bake_together_with_progress(
     let bake_separately = |index: usize| {
         let (mesh, kept) = (meshes[index], kept_of(index));
         let kept = kept_within_budget(&kept, mesh);
-        bake_mesh_with_progress(mesh, kept, config, &shares[index])
+        bake_mesh_with_progress(mesh, kept, config, progress)
     };
     // A layer and the meshes behind it change levels together.
     let bake_layered = |set: &[usize]| {
         let of_set: Vec<&SourceMesh> = set.iter().map(|&index| meshes[index]).collect();
         let kept: Vec<Vec<bool>> = set.iter().map(|&index| kept_of(index)).collect();
-        let share = &shares[set[0]];
-        bake_joined(&of_set, Joint::Surface, &kept.concat(), config, share)
+        bake_joined(&of_set, Joint::Surface, &kept.concat(), config, progress)
     };
     let bake_set = |set: Vec<usize>| -> Vec<_> {
         let layered = (set.len() > 1).then(|| bake_layered(&set)).flatten();
@@ -318,7 +308,7 @@ fn bake_joined(
     joint: Joint,
     kept: &[bool],
     config: &BakeConfig,
-    progress: &Share<'_>,
+    progress: &Progress<'_>,
 ) -> Option<Vec<(Hierarchy, BakeReport)>> {
     let ranges = ranges_of(meshes);
     let joined = as_one_mesh(meshes, joint);
@@ -400,7 +390,7 @@ impl<'a> Part<'a> {
     /// Cuts out a mesh. `ranges` are the vertices of each mesh in `whole`.
     fn of(mesh: &'a SourceMesh, index: usize, ranges: &[Range<usize>], whole: &Hierarchy) -> Self {
         let range = ranges[index].clone();
-        let of_whole = whole.vertices.positions[range.clone()].iter();
+        let of_whole = whole.vertices.positions[range.clone()].iter().copied();
         let mut part = Self {
             mesh,
             own_positions: of_whole
@@ -447,11 +437,10 @@ impl<'a> Part<'a> {
         let from = &whole.vertices;
         let own = self.vertices.positions.len() as u32;
         // Vertices that did not move keep the exact position of the mesh; otherwise there would be cracks.
-        let position = &from.positions[vertex as usize];
+        let position = from.positions[vertex as usize];
         let own_position = self.own_positions.get(&bits(position));
-        self.vertices
-            .positions
-            .push(*own_position.unwrap_or(position));
+        let positions = &mut self.vertices.positions;
+        positions.push(*own_position.unwrap_or(&position));
         push_attribute(&mut self.vertices.normals, &from.normals, vertex);
         push_attribute(&mut self.vertices.uvs, &from.uvs, vertex);
         push_attribute(&mut self.vertices.tangents, &from.tangents, vertex);
@@ -491,10 +480,6 @@ impl<'a> Part<'a> {
         }
         Some(own)
     }
-}
-
-fn bits(position: &Vec3) -> [u32; 3] {
-    position.to_array().map(f32::to_bits)
 }
 
 /// Adds the value of a vertex if the mesh has the attribute.

@@ -9,11 +9,15 @@ use rayon::prelude::*;
 use super::report::{Verified, VerifyError};
 use super::subject::{CutTriangle, ROUNDING, Subject};
 use crate::mesh::components::connected;
+use crate::mesh::edges::{is_unbalanced, sorted_edges};
 use crate::mesh::triangle_tree::TriangleTree;
+use crate::mesh::weld;
 
 /// Components with up to this many triangles may come from several groups. Each group may have removed a part of the
 /// component. It is the limit of small elements in the bake, stated independently.
 const SMALL_ELEMENT: usize = 16;
+/// Largest share of the area of a cut that may face away from the source.
+const MOST_FLIPPED: f32 = 0.01;
 
 pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<(), VerifyError> {
     check_finest(subject)?;
@@ -94,7 +98,12 @@ struct Facing {
 
 impl<'a> Source<'a> {
     fn of(subject: &'a Subject<'a>) -> Self {
-        let weld = weld(&subject.positions, &subject.place);
+        let positions = subject.positions.iter().enumerate();
+        // Vertices of the source are also welded with a tolerance.
+        let weld = weld(positions.map(|(vertex, position)| {
+            let place = subject.place.get(vertex);
+            place.map_or(*position, |&first| subject.positions[first as usize])
+        }));
         let border = open_edges(subject.source_triangles(), &weld);
         Self {
             border: border.into_iter().flat_map(|(a, b)| [a, b]).collect(),
@@ -131,7 +140,7 @@ impl<'a> Source<'a> {
             });
         }
         let share = self.flipped_share(&drawn);
-        if share > self.subject.settings.flipped_area {
+        if share > MOST_FLIPPED {
             return Err(VerifyError::Flipped {
                 cut,
                 triangles,
@@ -234,38 +243,12 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     [a, b, c].min([b, c, a]).min([c, a, b])
 }
 
-/// For each vertex, the first vertex at its position. `place` has the first vertex at the place of each source vertex,
-/// with a tolerance.
-fn weld(positions: &[Vec3], place: &[u32]) -> Vec<u32> {
-    let mut first_at: HashMap<[u32; 3], u32> = HashMap::new();
-    // Adding zero turns −0 into +0, so that both have the same bits.
-    let bits = |p: &Vec3| p.to_array().map(|x| (x + 0.0).to_bits());
-    let vertices = positions.iter().enumerate();
-    vertices
-        .map(|(v, p)| {
-            let p = place.get(v).map_or(p, |&first| &positions[first as usize]);
-            *first_at.entry(bits(p)).or_insert(v as u32)
-        })
-        .collect()
-}
-
 /// Edges that triangles use more often in one direction than in the other. Vertices are welded.
 fn open_edges(triangles: &[[u32; 3]], weld: &[u32]) -> HashSet<(u32, u32)> {
-    // Every edge of every triangle, with its direction.
-    let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(triangles.len() * 3);
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|v| weld[v as usize]);
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            let sign = if from < to { 1 } else { -1 };
-            if from != to {
-                edges.push((from.min(to), from.max(to), sign));
-            }
-        }
-    }
-    // Edges with directions that do not cancel.
-    edges.sort_unstable();
+    let triangles = triangles.iter();
+    let edges = sorted_edges(triangles.map(|triangle| triangle.map(|v| weld[v as usize])));
     let same = edges.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
-    let open = same.filter(|same| same.iter().map(|edge| edge.2).sum::<i32>() != 0);
+    let open = same.filter(is_unbalanced);
     open.map(|same| (same[0].0, same[0].1)).collect()
 }
 

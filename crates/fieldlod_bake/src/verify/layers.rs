@@ -5,18 +5,18 @@
 
 use std::collections::HashMap;
 
-use fieldlod_hierarchy::Hierarchy;
+use fieldlod_hierarchy::{Group, Hierarchy};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::pictures::{AROUND, FEWEST_PIXELS, Frame, MARGIN};
-use super::report::{VerifyError, VerifySettings};
+use super::pictures::{AROUND, FEWEST_PIXELS, Frame, MARGIN, steady_pixels};
+use super::report::VerifyError;
 use crate::mesh::SourceMesh;
-use crate::mesh::bits;
 use crate::mesh::components::connected;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
+use crate::mesh::weld;
 use crate::plants::picture::Raster;
 
 /// Sides of pictures in pixels.
@@ -27,6 +27,8 @@ const MOST_GAP: f32 = 0.02;
 /// Least distance, as a share of the largest extent. Rounded positions and depth buffers do not tell nearer surfaces
 /// apart.
 const LEAST_GAP: f32 = 1.0 / 4096.0;
+/// Largest share of the pixels of a layer that may show the surface behind it.
+const MOST_SWALLOWED: f32 = 0.05;
 /// No component.
 const NONE: u32 = u32::MAX;
 
@@ -40,26 +42,21 @@ struct Fronts {
 }
 
 /// Checks that no level shows a surface in front of a thin layer that covers it in the source. The meshes share one
-/// space and are drawn by one camera, each at its own level. Returns the largest share of a layer's pixels that are lost.
+/// space and are drawn by one camera, each at its own level.
 ///
 /// # Errors
-/// [`VerifyError::Layer`] if the share exceeds [`VerifySettings::swallowed_pixels`].
-pub fn verify_layers(
-    parts: &[(&SourceMesh, &Hierarchy)],
-    settings: &VerifySettings,
-) -> Result<f32, VerifyError> {
+/// [`VerifyError::Layer`] if more than a twentieth of a layer's pixels are lost.
+pub fn verify_layers(parts: &[(&SourceMesh, &Hierarchy)]) -> Result<(), VerifyError> {
     let Some(scene) = Scene::of(parts) else {
-        return Ok(0.0);
+        return Ok(());
     };
-    let mut most = 0.0f32;
     for side in SIDES {
         let share = scene.swallowed_share(side, AROUND);
-        if share > settings.swallowed_pixels {
+        if share > MOST_SWALLOWED {
             return Err(VerifyError::Layer { side, share });
         }
-        most = most.max(share);
     }
-    Ok(most)
+    Ok(())
 }
 
 /// The largest share of a layer's pixels that show the surface behind it while the meshes are `side` pixels large and
@@ -185,26 +182,14 @@ fn lost_pixels(
     side: usize,
     around: usize,
 ) -> Vec<((u32, u32), [usize; 2])> {
-    let width = side + 2 * MARGIN;
     let layer_at = |at: usize| (source.nearest[at].1, source.behind[at].1);
-    let mut found = Vec::new();
-    for row in AROUND..width - AROUND {
-        for column in AROUND..width - AROUND {
-            let own = layer_at(row * width + column);
-            let is_inside = || {
-                let mut rows = row - around..=row + around;
-                rows.all(|row| {
-                    let mut columns = column - around..=column + around;
-                    columns.all(|column| layer_at(row * width + column) == own)
-                })
-            };
-            if own.1 != NONE && is_inside() {
-                let is_lost = level.nearest[row * width + column].1 == own.1;
-                found.push((own, [1, usize::from(is_lost)]));
-            }
-        }
-    }
-    found
+    let shown = |at| Some(layer_at(at)).filter(|(_, behind)| *behind != NONE);
+    let pixels = steady_pixels(side, around, shown);
+    let found = pixels.map(|at| {
+        let own = layer_at(at);
+        (own, [1, usize::from(level.nearest[at].1 == own.1)])
+    });
+    found.collect()
 }
 
 /// The components of a mesh.
@@ -235,15 +220,8 @@ impl Components {
     /// The coarsest level of the whole mesh within an error.
     fn of_level(&self, hierarchy: &Hierarchy, error_in_local: f32) -> Vec<Tagged> {
         let mut cuts = hierarchy.whole_mesh_cuts().into_iter();
-        let is_good = |level: u32| {
-            let error =
-                hierarchy.largest_below(level, |group| match group.whole_mesh_error_in_local {
-                    0.0 => group.error_in_local,
-                    measured => measured,
-                });
-            error <= error_in_local
-        };
-        let cut = cuts.rfind(|cut| is_good(cut.group_level));
+        let error_of = |level| hierarchy.largest_below(level, Group::error_of_step);
+        let cut = cuts.rfind(|cut| error_of(cut.group_level) <= error_in_local);
         let triangles = cut.map_or(Vec::new(), |cut| cut.triangles);
         let positions = &hierarchy.vertices.positions;
         let own = self.of_vertices(hierarchy, &triangles);
@@ -258,10 +236,7 @@ impl Components {
     /// component of this vertex, another one that of the nearest triangle of the source.
     fn of_vertices(&self, hierarchy: &Hierarchy, triangles: &[[u32; 3]]) -> Vec<u32> {
         let positions = &hierarchy.vertices.positions;
-        let mut first_at = HashMap::new();
-        let places = (0..).zip(positions);
-        let places = places.map(|(v, p): (u32, _)| *first_at.entry(bits(*p)).or_insert(v));
-        let first = connected(places.collect(), triangles);
+        let first = connected(weld(positions.iter().copied()), triangles);
         let mut known = vec![NONE; positions.len()];
         let used = || triangles.as_flattened().iter().copied();
         for vertex in used() {

@@ -3,7 +3,7 @@
 //! Distances at samples do not show missing surfaces: near every point there is another leaf, or the other side of a
 //! sheet. Pictures show these. Back faces are distinguished, as in a renderer with culling.
 
-use fieldlod_hierarchy::Aabb;
+use fieldlod_hierarchy::{Aabb, Group};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -22,6 +22,8 @@ pub(super) const MARGIN: usize = 2;
 pub(super) const AROUND: usize = 2;
 /// With fewer pixels in all six pictures, the share of wrong pixels is random.
 pub(super) const FEWEST_PIXELS: usize = 48;
+/// Largest share of the pixels of a level that may be missing or show a back face.
+const MOST_WRONG: f32 = 0.15;
 
 /// Content of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +61,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
         });
         for (level, share) in shares.collect::<Vec<_>>() {
             verified.wrong_pixels = verified.wrong_pixels.max(share);
-            if share > subject.settings.wrong_pixels {
+            if share > MOST_WRONG {
                 return Err(VerifyError::Pictures { level, share });
             }
         }
@@ -69,19 +71,8 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
 
 /// The error of a level, in scaled units.
 fn error_of(subject: &Subject<'_>, level: u32) -> f32 {
-    let hierarchy = subject.hierarchy;
-    let drawn = hierarchy.units_at_level(level);
-    let producers = drawn
-        .iter()
-        .filter_map(|&unit| hierarchy.units[unit].producer());
-    let errors = producers.map(|group| {
-        let group = &hierarchy.groups[group as usize];
-        match group.whole_mesh_error_in_local {
-            0.0 => group.error_in_local,
-            measured => measured,
-        }
-    });
-    errors.fold(0.0, f32::max) * subject.scaled_from_local
+    let error_in_local = subject.hierarchy.largest_below(level, Group::error_of_step);
+    error_in_local * subject.scaled_from_local
 }
 
 /// The region that pictures show.
@@ -161,34 +152,40 @@ fn shown([front, back]: [f32; 2]) -> Shown {
 /// The share of wrong pixels of a level, among those with equal pixels around them in the source. In place of a front
 /// face there must be a front face, and in place of a back face any face.
 fn wrong_share(source: &[[Vec<Shown>; 2]; 3], level: &[[Vec<Shown>; 2]; 3], side: usize) -> f32 {
-    let width = side + 2 * MARGIN;
     let (mut whole, mut wrong) = (0usize, 0usize);
     let pictures = source.as_flattened().iter().zip(level.as_flattened());
     for (source, level) in pictures {
-        for row in AROUND..width - AROUND {
-            for column in AROUND..width - AROUND {
-                let at = row * width + column;
-                let own = source[at];
-                let is_inside = || {
-                    let rows = row - AROUND..=row + AROUND;
-                    let columns = || column - AROUND..=column + AROUND;
-                    let mut all = rows.flat_map(|r| columns().map(move |c| r * width + c));
-                    all.all(|at| source[at] == own)
-                };
-                if own == Shown::Nothing || !is_inside() {
-                    continue;
-                }
-                whole += 1;
-                let is_right = match own {
-                    Shown::Front => level[at] == Shown::Front,
-                    _ => level[at] != Shown::Nothing,
-                };
-                wrong += usize::from(!is_right);
-            }
+        let shown = |at: usize| Some(source[at]).filter(|own| *own != Shown::Nothing);
+        for at in steady_pixels(side, AROUND, shown) {
+            whole += 1;
+            let is_right = match source[at] {
+                Shown::Front => level[at] == Shown::Front,
+                _ => level[at] != Shown::Nothing,
+            };
+            wrong += usize::from(!is_right);
         }
     }
     if whole < FEWEST_PIXELS {
         return 0.0;
     }
     wrong as f32 / whole as f32
+}
+
+/// The pixels that show something, and the same within `around` pixels. `around` is at most [`AROUND`].
+pub(super) fn steady_pixels<T: PartialEq>(
+    side: usize,
+    around: usize,
+    shown: impl Fn(usize) -> Option<T>,
+) -> impl Iterator<Item = usize> {
+    let width = side + 2 * MARGIN;
+    let inner = AROUND..width - AROUND;
+    let pixels = inner
+        .clone()
+        .flat_map(move |row| inner.clone().map(move |at| row * width + at));
+    pixels.filter(move |&at| {
+        let own = shown(at);
+        let first = at - around * (width + 1);
+        let mut rows = (0..=2 * around).map(|row| first + row * width);
+        own.is_some() && rows.all(|row| (row..=row + 2 * around).all(|near| shown(near) == own))
+    })
 }

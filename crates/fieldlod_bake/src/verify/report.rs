@@ -18,14 +18,6 @@ pub struct VerifySettings {
     pub most_samples: u32,
     /// Share by which a distance may exceed the stated deviation.
     pub tolerance: f32,
-    /// Largest share of the area of a cut that may face away from the source.
-    pub flipped_area: f32,
-    /// Largest share of the pixels of a level that may be missing or show a back face. It is measured in six pictures,
-    /// whose size makes the error of the level one pixel.
-    pub wrong_pixels: f32,
-    /// Largest share of the pixels of a thin layer, such as a label, that may show the surface behind it. It is measured
-    /// in six pictures of several sizes, at the levels that are drawn with one pixel of error.
-    pub swallowed_pixels: f32,
 }
 
 impl Default for VerifySettings {
@@ -35,9 +27,6 @@ impl Default for VerifySettings {
             samples_per_triangle: 10,
             most_samples: 2_000_000,
             tolerance: 0.05,
-            flipped_area: 0.01,
-            wrong_pixels: 0.15,
-            swallowed_pixels: 0.05,
         }
     }
 }
@@ -58,17 +47,12 @@ pub struct Verified {
     pub flipped_area: f32,
     /// The largest share of a level's pixels that are missing or show a back face.
     pub wrong_pixels: f32,
-    /// The largest share of the pixels of a thin layer that show the surface behind it.
-    pub swallowed_pixels: f32,
 }
 
 /// Why a hierarchy fails.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
-#[expect(
-    missing_docs,
-    reason = "the fields are named by each variant's message"
-)]
+#[expect(missing_docs, reason = "the message of each variant names its fields")]
 pub enum VerifyError {
     /// The source is faulty.
     #[error("the source cannot be baked: {0}")]

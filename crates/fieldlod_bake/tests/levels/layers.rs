@@ -104,10 +104,9 @@ fn assert_in_front(name: &str, parts: &Parts<'_>) {
         shares.iter().all(|share| *share <= 0.02),
         "{name}: {shares:?}"
     );
-    let settings = VerifySettings::default();
-    verify_layers(parts, &settings).unwrap();
+    verify_layers(parts).unwrap();
     for (mesh, baked) in parts {
-        verify(mesh, baked, &settings).unwrap();
+        verify(mesh, baked, &VerifySettings::default()).unwrap();
         let coarsest = baked.units.last().unwrap().triangle_count;
         assert!(
             mesh.triangle_count() < 20 || coarsest < 100,
@@ -170,7 +169,7 @@ fn layers_of_several_gltf_meshes_stay_in_front() {
 fn verify_rejects_swallowed_layers() {
     for (name, meshes) in layered() {
         let apart: Vec<Hierarchy> = meshes.iter().map(bake).collect();
-        let fault = verify_layers(&pairs(&meshes, &apart), &VerifySettings::default());
+        let fault = verify_layers(&pairs(&meshes, &apart));
         // The waves of the wall are lower than its poster at all levels.
         let is_safe = name == "poster on a wall";
         let is_found = matches!(fault, Err(VerifyError::Layer { .. }));
@@ -192,7 +191,7 @@ fn verify_rejects_one_mesh_with_a_lowered_layer() {
         }
     }
     let parts = [(&mesh, &baked)];
-    let fault = verify_layers(&parts, &VerifySettings::default()).unwrap_err();
+    let fault = verify_layers(&parts).unwrap_err();
     assert!(matches!(fault, VerifyError::Layer { .. }), "{fault}");
 }
 

@@ -7,7 +7,7 @@
 //!
 //! An instance that appears is refined in the same frame; an instance that disappears is coarsened some frames later.
 //! Nothing is culled. Displacements are not weighed, since a share is an estimate. An instance that is drawn in units and
-//! has a fifth of the image's width, for example the ground below the camera, has no share: it counts in full. Points
+//! has half of the image's width, for example the ground below the camera, has no share: it counts in full. Points
 //! outside the image count as hidden, also within [`offscreen_margin`](fieldlod_select::AdvancedSettings::offscreen_margin);
 //! [`least_share`](FluxSettings::least_share) bounds the effect on casters of shadows.
 //!

@@ -8,7 +8,6 @@ use bevy::ecs::lifecycle::HookContext;
 use bevy::ecs::world::DeferredWorld;
 use bevy::prelude::*;
 use fieldlod_flux::{Occluder, Occluders, VisibleFlux};
-use fieldlod_select::{LodSettings, Scene, Selector, View};
 
 use crate::scene::changed::ChangedOn;
 use crate::scene::lod_mesh::{KeepOfLevels, LodObject};
@@ -23,8 +22,8 @@ pub struct FieldLodVisibleFluxPlugin;
 
 /// Weighs the errors of an object by the square root of its share that this camera sees. Insert it on the camera.
 ///
-/// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes about a millisecond
-/// longer for thousands of objects. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders. It needs
+/// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes half a
+/// millisecond longer for 1,000 objects, and two for 10,000. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders. It needs
 /// [`FieldLodVisibleFluxPlugin`].
 ///
 /// ```no_run
@@ -50,31 +49,22 @@ fn warn_without_plugin(world: DeferredWorld, _: HookContext) {
 }
 
 /// The occluders of the scene, which all views share.
-#[derive(Resource, Clone, Default)]
+#[derive(Resource, Default)]
 struct SharedOccluders(Arc<RwLock<Occluders>>);
 
-/// The visible shares of one view.
-struct FluxWeigher {
-    flux: VisibleFlux,
-    occluders: SharedOccluders,
-}
-
-impl Weigher for FluxWeigher {
-    fn select(
-        &mut self,
-        selector: &mut Selector,
-        scene: &Scene,
-        view: &View,
-        settings: &LodSettings,
-    ) {
-        // A forced level ignores weights.
-        if settings.forced_level.is_some() {
-            return selector.select(scene, view, settings);
-        }
-        let occluders = self.occluders.0.read();
-        let occluders = occluders.unwrap_or_else(PoisonError::into_inner);
-        let mut weights = self.flux.look(scene, view, &occluders);
-        selector.select_weighed(scene, view, settings, &mut weights);
+impl SharedOccluders {
+    /// Selects in one view with weights by its visible shares.
+    fn weigher(&self) -> Weigher {
+        let (shared, mut flux) = (self.0.clone(), VisibleFlux::default());
+        Box::new(move |selector, scene, view, settings| {
+            // A forced level ignores weights.
+            if settings.forced_level.is_some() {
+                return selector.select(scene, view, settings);
+            }
+            let occluders = shared.read().unwrap_or_else(PoisonError::into_inner);
+            let mut weights = flux.look(scene, view, &occluders);
+            selector.select_weighed(scene, view, settings, &mut weights);
+        })
     }
 }
 
@@ -143,10 +133,7 @@ fn set_weighers(
         if !is_weighed {
             cut.weigher = None;
         } else if cut.weigher.is_none() {
-            cut.weigher = Some(Box::new(FluxWeigher {
-                flux: VisibleFlux::default(),
-                occluders: shared.clone(),
-            }));
+            cut.weigher = Some(shared.weigher());
         }
     }
 }

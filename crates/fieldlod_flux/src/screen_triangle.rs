@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use glam::Vec3;
-
 use fieldlod_select::lanes::{larger, smaller};
+use glam::Vec3;
 
 /// A front face in the image.
 #[derive(Clone, Copy, Debug)]

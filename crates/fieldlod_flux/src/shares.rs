@@ -12,6 +12,7 @@ use crate::occluder::Occluders;
 // the selection.
 
 /// Radius in texels from which an instance that is drawn in units counts in full: parts of it may be near and visible.
+/// At 24, a rock behind a wall kept its detail; the bench draws the same triangles at both.
 const LARGE_RADIUS: f32 = 64.0;
 /// Sample points of an instance, and of an instance below [`SMALL_RADIUS`] texels. Fewer points give coarser steps of
 /// the share. 16 points drew 1.013 times the triangles in 0.95 of the time, and 64 took 1.1 times the time. 16 points

@@ -4,13 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use camera_field::{Camera, Intrinsics};
 use fieldlod_bake::{BakeConfig, bake_mesh, fixtures};
-use fieldlod_hierarchy::Hierarchy;
-use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2, Vec3};
-use proptest::prelude::*;
-
-use fieldlod_hierarchy::Sphere;
+use fieldlod_hierarchy::{Hierarchy, Sphere};
 use fieldlod_select::lanes::{Eight, LANES};
 use fieldlod_select::{MeshId, Scene, View};
+use glam::{Affine3A, DVec3, EulerRot, Quat, Vec2, Vec3};
+use proptest::prelude::*;
 
 use crate::choice::{Candidate, DrawnBy, POINTS_PER_TRIANGLE};
 use crate::clip::{Corner, clipped_parts};

@@ -1,9 +1,9 @@
 //! The texels of a depth image.
 
+use fieldlod_select::lanes::LANES;
 use glam::Vec3;
 
 use crate::screen_triangle::{ScreenTriangle, is_between_centres};
-use fieldlod_select::lanes::LANES;
 
 /// Owner of an empty texel.
 pub(crate) const NOBODY: u32 = u32::MAX;

@@ -10,7 +10,7 @@ use fieldlod_select::{LodSettings, Scene, Selector, View};
 pub(crate) struct ViewCut {
     pub(crate) selector: Selector,
     /// An opt-in feature that weighs errors; `None` if all count in full.
-    pub(crate) weigher: Option<Box<dyn Weigher>>,
+    pub(crate) weigher: Option<Weigher>,
     pub(crate) visibility: CutVisibility,
     /// The view of the last selection.
     pub(crate) view: Option<View>,
@@ -26,15 +26,7 @@ pub(crate) struct ViewCut {
 }
 
 /// Selects with weights of instances.
-pub(crate) trait Weigher: Send + Sync {
-    fn select(
-        &mut self,
-        selector: &mut Selector,
-        scene: &Scene,
-        view: &View,
-        settings: &LodSettings,
-    );
-}
+pub(crate) type Weigher = Box<dyn FnMut(&mut Selector, &Scene, &View, &LodSettings) + Send + Sync>;
 
 /// One bit per layer. Layers that are 64 apart share a bit.
 pub(crate) fn layer_bits(layers: Option<&RenderLayers>) -> u64 {

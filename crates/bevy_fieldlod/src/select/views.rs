@@ -307,7 +307,7 @@ fn select_cut(cut: &mut ViewCut, scene: &Scene) -> Duration {
     let start = Instant::now();
     cut.view = Some(view);
     match &mut cut.weigher {
-        Some(weigher) => weigher.select(&mut cut.selector, scene, &view, &settings),
+        Some(select_weighed) => select_weighed(&mut cut.selector, scene, &view, &settings),
         None => cut.selector.select(scene, &view, &settings),
     }
     start.elapsed()

@@ -22,9 +22,9 @@ pub struct FieldLodVisibleFluxPlugin;
 
 /// Weighs the errors of an object by the square root of its share that this camera sees. Insert it on the camera.
 ///
-/// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes half a
-/// millisecond longer for 1,000 objects, and two for 10,000. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders. It needs
-/// [`FieldLodVisibleFluxPlugin`].
+/// Scenes with many hidden objects need fewer triangles for the same picture. Selection takes half a millisecond longer
+/// for 1,000 objects, and two for 10,000. Nothing is culled. Objects with an opaque `StandardMaterial` are occluders. It
+/// needs [`FieldLodVisibleFluxPlugin`].
 ///
 /// ```no_run
 /// # use bevy::prelude::*;

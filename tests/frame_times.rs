@@ -44,7 +44,7 @@ impl FrameTimes {
 /// Without a renderer.
 pub fn drop_commands(app: &mut App) {
     fn take(mut pending: ResMut<PendingCommandBuffers>) {
-        pending.take();
+        *pending = default();
     }
     let after_recording = take
         .after(RenderGraphSystems::Render)

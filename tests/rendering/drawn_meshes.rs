@@ -147,7 +147,9 @@ impl Show {
             7 => self.draw_with(2, 1),
             8 => self.stage.insert(self.entities[2], Visibility::Inherited),
             9 => {
-                let components = (MeshTag(3), NotShadowCaster);
+                let mut tag = MeshTag::default();
+                *tag = 3;
+                let components = (tag, NotShadowCaster);
                 self.stage.insert(self.entities[0], components);
                 // An entity gets another mesh in the frame in which it is despawned.
                 self.draw_with(6, 1);

@@ -26,10 +26,9 @@ struct Stripes {}
 const STRIPES: Handle<Shader> = uuid_handle!("6d1d1e6e-3f0b-4a52-9f0e-0c9d7f3b8a11");
 
 const STRIPES_WGSL: &str = "
-#import bevy_pbr::forward_io::VertexOutput
 @fragment
-fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
-    return vec4<f32>(0.5 + 0.5 * sign(sin(in.world_position.y * 9.0)), 0.4, 0.2, 1.0);
+fn fragment(@location(0) world_position: vec4<f32>) -> @location(0) vec4<f32> {
+    return vec4<f32>(0.5 + 0.5 * sign(sin(world_position.y * 9.0)), 0.4, 0.2, 1.0);
 }";
 
 impl Material for Stripes {

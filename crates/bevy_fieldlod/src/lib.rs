@@ -73,6 +73,7 @@
 
 mod api;
 mod assets;
+mod compat;
 #[cfg(feature = "debug")]
 mod debug;
 mod draw;

@@ -94,6 +94,7 @@ fn mark_occluders(
             AssetChanged<MeshMaterial3d<StandardMaterial>>,
         ),
     >,
+    mut lost: RemovedComponents<MeshMaterial3d<StandardMaterial>>,
     objects: Query<(
         Entity,
         &LodObject,
@@ -103,10 +104,10 @@ fn mark_occluders(
 ) {
     let mut entities = new.entities();
     changed.add_to(&mut entities);
-    entities.extend(&edited);
+    entities.extend(edited.iter().chain(lost.read()));
     let occluders = shared.0.write();
     let mut occluders = occluders.unwrap_or_else(PoisonError::into_inner);
-    for (entity, object, material) in objects.iter_many(entities) {
+    for (entity, object, material) in entities.into_iter().filter_map(|one| objects.get(one).ok()) {
         let material = material.and_then(|material| materials.as_ref()?.get(material));
         let is_opaque = material.is_some_and(|material| {
             material.alpha_mode == AlphaMode::Opaque && material.specular_transmission == 0.0

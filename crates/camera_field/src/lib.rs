@@ -125,6 +125,9 @@
 //! Visibility: flux and statistics count the triangles that the caller passes as visible. Lens
 //! distortion, depth of field and shutters.
 
+#[cfg(feature = "glam_0_33")]
+extern crate glam_0_33 as glam;
+
 mod scalar {
     pub(super) type Real = f32;
     pub(super) use glam::{Mat3, Mat4, Vec2, Vec3};

@@ -65,6 +65,9 @@
 // Without the feature, items for tests and measurements are not exported.
 #![cfg_attr(not(any(test, feature = "test-support")), allow(unreachable_pub))]
 
+#[cfg(feature = "glam_0_33")]
+extern crate glam_0_33 as glam;
+
 mod bake;
 mod characters;
 mod config;

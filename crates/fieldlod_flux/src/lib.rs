@@ -42,6 +42,9 @@
 //! As in `fieldlod_select`, only IEEE-exact operations are used, and eight texels at once have the same bits as one at a
 //! time.
 
+#[cfg(feature = "glam_0_33")]
+extern crate glam_0_33 as glam;
+
 mod choice;
 mod clip;
 mod depth_image;

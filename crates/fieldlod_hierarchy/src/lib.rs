@@ -35,6 +35,9 @@
 //! the folder of this crate. A stable compiler needs
 //! `RUSTC_BOOTSTRAP=1 cargo fuzz run read_file -s none -- -max_total_time=600`.
 
+#[cfg(feature = "glam_0_33")]
+extern crate glam_0_33 as glam;
+
 mod bounds;
 mod build;
 mod file;

@@ -61,11 +61,17 @@
 //! `tests/determinism.rs` compares the hash of a walk.
 //!
 //! # Features
-//! - `bevy_reflect`: reflection of the settings.
+//! - `bevy_reflect`, `bevy_reflect_0_20`: reflection of the settings, for Bevy 0.19 and 0.20.
+//! - `glam_0_33`: the vectors of Bevy 0.20.
 //! - `test-support`: specifications and single steps, for tests and benches.
 //!
 //! # Out of scope
 //! Morphing between levels; skinned meshes; culling.
+
+#[cfg(feature = "bevy_reflect_0_20")]
+extern crate bevy_reflect_0_20 as bevy_reflect;
+#[cfg(feature = "glam_0_33")]
+extern crate glam_0_33 as glam;
 
 mod criterion;
 mod cut;

@@ -2,7 +2,10 @@
 
 /// Errors of groups outside the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
+#[cfg_attr(
+    any(feature = "bevy_reflect", feature = "bevy_reflect_0_20"),
+    derive(bevy_reflect::Reflect)
+)]
 pub enum Offscreen {
     /// Errors are 0: the coarsest level is drawn.
     #[default]
@@ -23,7 +26,10 @@ pub enum Offscreen {
 /// group. NaN accepts every group if it is the only threshold, and no group beside another threshold. Two different
 /// thresholds must be above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
+#[cfg_attr(
+    any(feature = "bevy_reflect", feature = "bevy_reflect_0_20"),
+    derive(bevy_reflect::Reflect)
+)]
 pub struct LodSettings {
     /// Quality: the largest screen-space error of a simplification, in rendered pixels
     /// ([`group_error_px`](crate::group_error_px)). The error is RMS-like: single points may move farther.
@@ -50,7 +56,10 @@ pub struct LodSettings {
 
 /// Settings of the selection that are rarely changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "bevy_reflect", derive(bevy_reflect::Reflect))]
+#[cfg_attr(
+    any(feature = "bevy_reflect", feature = "bevy_reflect_0_20"),
+    derive(bevy_reflect::Reflect)
+)]
 pub struct AdvancedSettings {
     /// A refined group stays refined until its error falls below this share of the thresholds. At 0, only
     /// groups without error coarsen, for example outside the view; 1 is no hysteresis, and larger values count as 1. It

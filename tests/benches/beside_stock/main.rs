@@ -1,12 +1,15 @@
 //! The plugin beside stock Bevy: the same scenes from the same poses, each in a process of its own.
 //!
 //! `cargo bench -p fieldlod_tests --bench beside_stock -- FOLDER` draws every `.glb` file of the folder and generated
-//! scenes at 1, 2.5 and 10 radii. It prints triangles, image errors over the pixels that show a surface, and seconds
-//! until the levels are ready. It also prints resident memory, and slabs of Bevy's mesh allocator. Levels come from a
-//! cache, so that no bake runs in a measured process. Resident memory is that of Linux; with a software adapter it
-//! contains the GPU memory. `--only NAME` selects scenes. `--pictures OUT` keeps
-//! the pictures, and `--cache DIR` the bakes.
+//! scenes at 1, 2.5 and 10 radii. It prints triangles, image errors, resident memory, slabs of Bevy's mesh allocator, and
+//! seconds until the levels are ready. RMSE and FLIP are from stock Bevy, over the pixels that show a surface; then follow
+//! the errors of stock Bevy and of the plugin from the truth, over the picture, as in the bench `truth`. Levels come from
+//! a cache, so that no bake runs in a measured process. Resident memory is that of Linux; with a software adapter it
+//! contains the GPU memory. `--only NAME` selects scenes. `--pictures OUT` keeps the pictures, and `--cache DIR` the bakes.
 
+#[path = "../truth/measure.rs"]
+#[expect(dead_code, reason = "the bench `truth` uses more of it")]
+mod measure;
 mod pictures;
 #[path = "../process.rs"]
 mod process;
@@ -20,12 +23,21 @@ use scene::{Measured, SCENES};
 /// Environment variable of a measuring process: its [`Case`].
 const CASE: &str = "FIELDLOD_BESIDE_STOCK";
 
+/// What draws the pictures.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+enum By {
+    Plugin,
+    Stock,
+    /// Stock Bevy with 64 samples per pixel.
+    Truth,
+}
+
 /// The input of a measuring process.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Case {
     /// A generated scene, or the path of a `.glb` file.
     scene: String,
-    has_plugin: bool,
+    by: By,
     /// Whether the process only fills the cache.
     only_bakes: bool,
     cache: PathBuf,
@@ -55,13 +67,15 @@ fn main() {
             .flat_map(|input| unpacked(input, folder.path())),
     );
     println!(
-        "{:<24}{:>7}{:>10} {:>10} {:>6}{:>7} |{:>7}{:>7}{:>7} |{:>7}{:>7} |{:>6}{:>6} |{:>6}{:>6}",
+        "{:<24}{:>7}{:>10} {:>10} {:>6}{:>7} |{:>6}{:>7} |{:>7}{:>7}{:>7} |{:>7}{:>7} |{:>6}{:>6} |{:>6}{:>6}",
         "",
         "radii",
         "triangles",
         "of",
         "RMSE",
         "FLIP",
+        "stock",
+        "plugin",
         "MB",
         "stock",
         "%",
@@ -76,16 +90,19 @@ fn main() {
         if value("--only").is_some_and(|only| !scene.contains(only)) {
             continue;
         }
-        let case = |has_plugin, only_bakes| Case {
+        let case = |by, only_bakes| Case {
             scene: scene.clone(),
-            has_plugin,
+            by,
             only_bakes,
             cache: cache.clone(),
             pictures: pictures.clone(),
         };
         // The first run bakes.
-        run(&case(true, true));
-        let [stock, plugin] = [false, true].map(|has_plugin| run(&case(has_plugin, false)));
+        run(&case(By::Plugin, true));
+        if !scene.starts_with("menu") {
+            run(&case(By::Truth, false));
+        }
+        let [stock, plugin] = [By::Stock, By::Plugin].map(|by| run(&case(by, false)));
         print(&scene, &stock, &plugin, &pictures);
     }
 }
@@ -129,12 +146,14 @@ fn print(scene: &str, stock: &[Measured], plugin: &[Measured], pictures: &Path) 
         let error = pictures::compare(pictures, &name, plugin.radii);
         let percent = 100.0 * (plugin.resident_mb / stock.resident_mb - 1.0);
         println!(
-            "{name:<24}{:>7}{:>10} {:>10} {:>6.2}{:>7.4} |{:>7.1}{:>7.1}{percent:>7.1} |{:>7.1}{:>7.1} |{:>6}{:>6} |{:>6.1}{:>6.1}",
+            "{name:<24}{:>7}{:>10} {:>10} {:>6.2}{:>7.4} |{:>6.2}{:>7.2} |{:>7.1}{:>7.1}{percent:>7.1} |{:>7.1}{:>7.1} |{:>6}{:>6} |{:>6.1}{:>6.1}",
             plugin.radii,
             plugin.triangles,
             plugin.triangles_full,
-            error.0,
-            error.1,
+            error.rmse,
+            error.flip,
+            error.stock,
+            error.plugin,
             plugin.resident_mb,
             stock.resident_mb,
             plugin.slabs_mb,

@@ -1,4 +1,4 @@
-//! Errors of pictures, as the lab measures them.
+//! Errors of pictures, as the lab and the bench `truth` measure them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,21 +6,47 @@ use fieldlod_lab::measure::image_error;
 use fieldlod_lab::render::{Picture, SUPERSAMPLING};
 use image::{Rgba, RgbaImage};
 
+use crate::By;
+use crate::measure::{Linear, rmse};
+
+/// Width and height of the truth over those of the pictures. It has four samples per pixel.
+pub(crate) const SUPERSAMPLED: u32 = 4;
+
 /// The file of a picture.
-pub(crate) fn path(folder: &Path, scene: &str, radii: f32, has_plugin: bool) -> PathBuf {
-    let by = if has_plugin { "plugin" } else { "stock" };
-    folder.join(format!("{scene}-{radii}-{by}.png"))
+pub(crate) fn path(folder: &Path, scene: &str, radii: f32, by: By) -> PathBuf {
+    folder.join(format!("{scene}-{radii}-{by:?}.png").to_lowercase())
 }
 
-/// RMSE and mean FLIP of the plugin's picture against that of stock Bevy; zeros without pictures.
-pub(crate) fn compare(folder: &Path, scene: &str, radii: f32) -> (f64, f64) {
-    let read = |has_plugin| image::open(path(folder, scene, radii, has_plugin));
-    let (Ok(stock), Ok(plugin)) = (read(false), read(true)) else {
-        return (0.0, 0.0);
+/// Errors of pictures, RMSE of 255.
+#[derive(Default)]
+pub(crate) struct Errors {
+    /// Of the plugin, from stock Bevy, over the pixels that show a surface.
+    pub(crate) rmse: f64,
+    /// Mean FLIP, likewise.
+    pub(crate) flip: f64,
+    /// Of stock Bevy, from the truth, over the picture.
+    pub(crate) stock: f64,
+    /// Of the plugin, from the truth, over the picture.
+    pub(crate) plugin: f64,
+}
+
+/// The errors at a pose; zeros without pictures.
+pub(crate) fn compare(folder: &Path, scene: &str, radii: f32) -> Errors {
+    let read = |by| image::open(path(folder, scene, radii, by));
+    let (Ok(truth), Ok(stock), Ok(plugin)) = (read(By::Truth), read(By::Stock), read(By::Plugin))
+    else {
+        return Errors::default();
     };
-    let [stock, plugin] = [stock, plugin].map(|picture| lab_picture(&picture.into_rgba8()));
-    let error = image_error(&stock, &plugin, true);
-    (error.rmse, error.flip.unwrap_or(0.0))
+    let [truth, stock, plugin] = [truth, stock, plugin].map(image::DynamicImage::into_rgba8);
+    let linear_truth = [Linear::of(&truth, SUPERSAMPLED)];
+    let from_truth = |picture| rmse(&[Linear::of(picture, 1)], &linear_truth);
+    let error = image_error(&lab_picture(&stock), &lab_picture(&plugin), true);
+    Errors {
+        rmse: error.rmse,
+        flip: error.flip.unwrap_or(0.0),
+        stock: from_truth(&stock),
+        plugin: from_truth(&plugin),
+    }
 }
 
 /// Pixels with another colour than the corner show a surface.

@@ -14,7 +14,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage, plugins};
 use fieldlod_tests::{height_field, rock};
 
-use crate::{Case, pictures, process};
+use crate::{By, Case, pictures, process};
 
 /// Generated scenes.
 pub(crate) const SCENES: [&str; 4] = ["props", "terrain", "menu", "menu, handles kept"];
@@ -45,7 +45,7 @@ pub(crate) struct Measured {
 
 pub(crate) fn measure(case: &Case) -> Vec<Measured> {
     let mut stage = new_stage(case);
-    let eye = add_eye_and_sun(&mut stage);
+    let eye = add_eye_and_sun(&mut stage, case.by);
     stage.app.update();
     let start = Instant::now();
     if case.scene.starts_with("menu") {
@@ -65,13 +65,13 @@ pub(crate) fn measure(case: &Case) -> Vec<Measured> {
             let away = Vec3::new(0.5, 0.4, 1.0).normalize() * radius * radii;
             let pose = Transform::from_translation(center + away).looking_at(center, Vec3::Y);
             stage.insert(eye.entity, pose);
-            let is_last = case.has_plugin && radii == RADII[2];
+            let is_last = case.by == By::Plugin && radii == RADII[2];
             let frames = FRAMES[usize::from(is_last)];
             (0..frames).for_each(|_| stage.app.update());
             let measured = measure_pose(&mut stage, &eye, radii, ready);
             let name = Path::new(&case.scene).file_stem().unwrap();
             let name = name.to_string_lossy();
-            let path = pictures::path(&case.pictures, &name, radii, case.has_plugin);
+            let path = pictures::path(&case.pictures, &name, radii, case.by);
             let [picture] = stage.shoot([&eye]);
             picture.save(path).unwrap();
             measured
@@ -79,10 +79,15 @@ pub(crate) fn measure(case: &Case) -> Vec<Measured> {
         .collect()
 }
 
-fn add_eye_and_sun(stage: &mut Stage) -> Eye {
+fn add_eye_and_sun(stage: &mut Stage, by: By) -> Eye {
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
     let background = Color::srgb(0.3, 0.35, 0.4);
-    let eye = stage.add_eye_of_size(SIZE_PX, pose, background, FieldLodCamera::default());
+    let scale = if by == By::Truth {
+        pictures::SUPERSAMPLED
+    } else {
+        1
+    };
+    let eye = stage.add_eye_of_size(SIZE_PX * scale, pose, background, FieldLodCamera::default());
     stage.insert(eye.entity, Msaa::Sample4);
     // Software adapters are slow.
     let shadow_map = DirectionalLightShadowMap { size: 1024 };
@@ -109,7 +114,7 @@ fn new_stage(case: &Case) -> Stage {
     });
     let mut app = App::new();
     app.add_plugins(plugins);
-    if case.has_plugin {
+    if case.by == By::Plugin {
         app.add_plugins(FieldLodPlugin)
             .insert_resource(LodPriority::LoadingScreen)
             .insert_resource(FieldLodAppConfig {

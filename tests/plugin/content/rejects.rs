@@ -115,7 +115,7 @@ fn entity_events_propagate_to_parents() {
     let ready = LodState::Ready(LodKind::WholeMesh);
     assert_eq!(
         [good, bad].map(|e| state(&app, e)),
-        [Some(ready), Some(LodState::Plain)]
+        [Some(ready), Some(LodState::Failed)]
     );
     app.world_mut().entity_mut(good).remove::<AutoLod>();
     app.update();

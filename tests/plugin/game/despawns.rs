@@ -11,6 +11,22 @@ use crate::headless::{
     spawn_camera, spawn_rock, stats, units, visible,
 };
 
+#[cfg(not(bevy_0_20))]
+mod events {
+    use bevy::prelude::{Add, Insert, On};
+
+    pub(super) type OnAdd<'w, 't, C> = On<'w, 't, Add, C>;
+    pub(super) type OnInsert<'w, 't, C> = On<'w, 't, Insert, C>;
+}
+#[cfg(bevy_0_20)]
+mod events {
+    use bevy::prelude::{Add, Insert, On};
+
+    pub(super) type OnAdd<'w, 't, C> = On<'w, 't, Add<C>>;
+    pub(super) type OnInsert<'w, 't, C> = On<'w, 't, Insert<C>>;
+}
+use events::{OnAdd, OnInsert};
+
 /// Whether all objects and units are despawned in the next frame.
 #[derive(Resource, Default)]
 struct Doomed(bool);
@@ -66,7 +82,7 @@ fn teleporting_camera_leaves_few_units() {
     let wanted = wanted.map_or(10_000, |wanted| wanted.parse().unwrap());
     let mut app = app();
     app.init_resource::<Spawned>();
-    app.add_observer(|_: On<Add, LodUnit>, mut spawned: ResMut<Spawned>| spawned.0 += 1);
+    app.add_observer(|_: OnAdd<LodUnit>, mut spawned: ResMut<Spawned>| spawned.0 += 1);
     let camera = spawn_camera(&mut app, 0.0);
     insert(&mut app, camera, FieldLodCamera::with_error_px(0.05));
     let mesh = Mesh3d(add(&mut app, rock(6, 1)));
@@ -128,7 +144,7 @@ fn despawn_in_observer_does_not_panic() {
             commands.entity(ready.entity).try_despawn();
         });
         app.add_observer(
-            |changed: On<Insert, LodState>, states: Query<&LodState>, mut commands: Commands| {
+            |changed: OnInsert<LodState>, states: Query<&LodState>, mut commands: Commands| {
                 if let Ok(LodState::Ready(_)) = states.get(changed.entity) {
                     commands.entity(changed.entity).try_despawn();
                 }

@@ -83,7 +83,7 @@ fn own_materials(app: &App, object: Entity) -> Vec<AssetId<StandardMaterial>> {
 fn painted_levels(app: &App, object: Entity) -> Vec<u32> {
     let units = app.world().get::<Children>(object).unwrap().iter();
     let tags = units.filter_map(|unit| app.world().get::<MeshTag>(unit));
-    let mut levels: Vec<u32> = tags.map(|tag| tag.0 >> 24).collect();
+    let mut levels: Vec<u32> = tags.map(|tag| **tag >> 24).collect();
     levels.sort_unstable();
     levels.dedup();
     levels
@@ -94,12 +94,14 @@ fn painted_prop_gets_materials_back() {
     let mut app = app_with(FieldLodDebugPlugin);
     spawn_camera(&mut app, 50.0);
     let object = spawn_rock(&mut app, 4);
-    insert(&mut app, object, MeshTag(77));
+    let mut tag = MeshTag::default();
+    *tag = 77;
+    insert(&mut app, object, tag);
     ready(&mut app, 1);
     let material_and_tag = |app: &App| {
         let entity = app.world().entity(object);
         let own = entity.get::<MeshMaterial3d<StandardMaterial>>();
-        (own.map(|own| own.id()), entity.get::<MeshTag>().unwrap().0)
+        (own.map(|own| own.id()), **entity.get::<MeshTag>().unwrap())
     };
     let before = material_and_tag(&app);
     assert!(before.0.is_some() && before.1 == 77);

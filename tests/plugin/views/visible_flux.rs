@@ -71,19 +71,25 @@ fn transparent_object_hides_nothing() {
     let all = drawn(&without, camera);
     let (alone, other, _) = before_a_camera(6, 12.0);
     let alone = drawn(&alone, other);
-    // The wall gets another material, or its material changes.
-    for is_edited in [false, true] {
+    let make_glass = |app: &mut App, wall: Entity| {
+        let glass = glass(app);
+        insert(app, wall, glass);
+    };
+    let edit = |app: &mut App, wall: Entity| {
+        let material = app.world().get::<MeshMaterial3d<StandardMaterial>>(wall);
+        let (material, glass) = (material.unwrap().id(), glass(app));
+        let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
+        let glass = materials.get(&glass).unwrap().clone();
+        materials.insert(material, glass).unwrap();
+    };
+    let remove = |app: &mut App, wall: Entity| {
+        let mut wall = app.world_mut().entity_mut(wall);
+        wall.remove::<MeshMaterial3d<StandardMaterial>>();
+    };
+    let changes: [&dyn Fn(&mut App, Entity); 3] = [&make_glass, &edit, &remove];
+    for change in changes {
         let (mut app, camera, wall) = rock_behind_a_rock(true);
-        let glass = glass(&mut app);
-        if is_edited {
-            let material = app.world().get::<MeshMaterial3d<StandardMaterial>>(wall);
-            let material = material.unwrap().id();
-            let mut materials = app.world_mut().resource_mut::<Assets<StandardMaterial>>();
-            let glass = materials.get(&glass).unwrap().clone();
-            materials.insert(material, glass).unwrap();
-        } else {
-            insert(&mut app, wall, glass);
-        }
+        change(&mut app, wall);
         (0..3).for_each(|_| app.update());
         let rock_behind_glass = drawn(&app, camera);
         // Glass does not hide the rock as a wall does.

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use bevy::camera::primitives::MeshAabb;
+use bevy::camera::primitives::Aabb;
 use bevy::mesh::{Indices, VertexAttributeValues};
 use bevy::prelude::*;
 use bevy_fieldlod::prelude::*;
@@ -99,7 +99,10 @@ pub(crate) fn write_gltf(
     places: &[Vec3],
     [red, green, blue]: [f32; 3],
 ) -> io::Result<()> {
-    let (Some(Indices::U32(indices)), Some(aabb)) = (mesh.indices(), mesh.compute_aabb()) else {
+    let positions = mesh.attribute(Mesh::ATTRIBUTE_POSITION);
+    let positions = positions.and_then(VertexAttributeValues::as_float3);
+    let aabb = positions.and_then(|all| Aabb::enclosing(all.iter().copied().map(Vec3::from)));
+    let (Some(Indices::U32(indices)), Some(aabb)) = (mesh.indices(), aabb) else {
         return Err(io::Error::other("the mesh has no 32-bit indices"));
     };
     let mut data = Vec::new();

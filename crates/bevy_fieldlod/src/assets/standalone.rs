@@ -12,6 +12,7 @@ use crate::api::auto_lod::AutoLod;
 use crate::api::events::{LodError, LodFailed, asset_name};
 use crate::api::systems::FieldLodSystems;
 use crate::assets::baked_lods::BakedLods;
+use crate::compat::OnRemove;
 use crate::prepare::track::AutoLodLookup;
 use crate::scene::unit_mesh::{source_indices, source_mesh};
 
@@ -253,7 +254,7 @@ fn insert_meshes(
 }
 
 /// Removes the mesh together with the [`LodMesh3d`].
-fn remove_mesh(removal: On<Remove, LodMesh3d>, mut commands: Commands) {
+fn remove_mesh(removal: OnRemove<LodMesh3d>, mut commands: Commands) {
     let mut commands = commands.entity(removal.entity);
     commands.try_remove::<(AwaitsFile, Mesh3d, AutoLod)>();
 }

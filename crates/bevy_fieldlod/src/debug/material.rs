@@ -1,11 +1,13 @@
 //! The material that paints levels of detail and heat maps.
 
+use bevy::asset::uuid_handle;
 use bevy::pbr::Material;
 use bevy::prelude::*;
 use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::ShaderRef;
 
 use super::{FieldLodDebug, FieldLodHeatMap};
+use crate::compat::translated_shader;
 
 /// Paints levels of detail, or a quantity of the field, on a surface.
 ///
@@ -19,7 +21,18 @@ pub(crate) struct LodDebugMaterial {
 
 impl Material for LodDebugMaterial {
     fn fragment_shader() -> ShaderRef {
-        "embedded://bevy_fieldlod/debug/material.wgsl".into()
+        SHADER.into()
+    }
+}
+
+const SHADER: Handle<Shader> = uuid_handle!("0a5f4f0e-54bb-4ef6-9f0b-7c7f3f1f4f2d");
+
+/// Adds the shader of the material.
+pub(super) fn add_shader(app: &mut App) {
+    let shader = translated_shader(include_str!("material.wgsl"), "fieldlod_debug");
+    // Without a renderer there are no shaders.
+    if let Some(mut shaders) = app.world_mut().get_resource_mut::<Assets<Shader>>() {
+        shaders.insert(&SHADER, shader).expect("the handle is new");
     }
 }
 

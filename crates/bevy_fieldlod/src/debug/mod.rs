@@ -7,11 +7,11 @@ mod options;
 mod overlay;
 mod paint;
 
-use bevy::asset::embedded_asset;
 use bevy::pbr::MaterialPlugin;
 use bevy::prelude::*;
 
 use crate::api::systems::FieldLodSystems;
+use crate::compat::Aabb3d;
 use crate::draw::cpu_lists::is_drawn;
 use crate::draw::inherit::RenewUnits;
 use crate::draw::units::LodUnit;
@@ -46,7 +46,7 @@ pub struct FieldLodGizmos;
 
 impl Plugin for FieldLodDebugPlugin {
     fn build(&self, app: &mut App) {
-        embedded_asset!(app, "material.wgsl");
+        material::add_shader(app);
         let paint_units = || paint::paint_units.run_if(paint::is_wanted);
         let any_spawned = any_match_filter::<Added<LodUnit>>;
         let bounds_wanted = |debug: Res<FieldLodDebug>| debug.bounds;
@@ -106,7 +106,7 @@ fn draw_bounds(
         let is_drawn = record
             .is_some_and(|(index, record)| views.iter().any(|cut| is_drawn(cut, index, record)));
         if is_drawn && visibility.get() {
-            let aabb = bevy::math::bounding::Aabb3d {
+            let aabb = Aabb3d {
                 min: aabb.min(),
                 max: aabb.max(),
             };

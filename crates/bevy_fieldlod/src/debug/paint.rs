@@ -56,10 +56,9 @@ fn painted_pieces(world: &World) -> Vec<(Entity, MeshTag)> {
         // The shader needs the error in world units.
         let transform = world.get::<GlobalTransform>(entity);
         let scale = transform.map_or(1.0, |at| at.scale().abs().max_element());
-        (
-            entity,
-            MeshTag(mesh_tag(piece.level, piece.error_in_local * scale)),
-        )
+        let mut tag = MeshTag::default();
+        *tag = mesh_tag(piece.level, piece.error_in_local * scale);
+        (entity, tag)
     });
     tagged.collect()
 }

@@ -21,6 +21,7 @@ use bevy::render::view::{
 };
 use bevy::render::{Extract, ExtractSchedule, Render, RenderApp, RenderSystems};
 
+use crate::compat::{camera_of_cascade, list_of_subview};
 use crate::draw::list_changes::{ListChange, ListChanges};
 
 /// Which views draw which entities.
@@ -137,13 +138,15 @@ fn update_lists(
         let layers = layers.unwrap_or_default();
         for (&key, list) in &mut subviews.subviews {
             // Cascades belong to a camera; all cameras share the other shadow maps.
-            let has_camera = key.auxiliary_entity.id() != Entity::PLACEHOLDER;
-            let camera = if has_camera {
-                Some(key.auxiliary_entity)
-            } else {
-                shadow_view
-            };
-            lists.update(&culled, key, layers, camera, list, casts_shadow);
+            let camera = camera_of_cascade(&key).or(shadow_view);
+            lists.update(
+                &culled,
+                key,
+                layers,
+                camera,
+                list_of_subview(list),
+                casts_shadow,
+            );
             made += 1;
         }
     }

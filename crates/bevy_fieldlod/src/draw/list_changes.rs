@@ -9,6 +9,7 @@ use bevy::render::RenderApp;
 use bevy::render::sync_world::MainEntity;
 
 use crate::api::systems::FieldLodSystems;
+use crate::compat::OnRemove;
 use crate::draw::cpu_lists::{ShadowCameras, shared_shadow_cut};
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::lock;
@@ -156,7 +157,7 @@ fn note_changed<C: Component>(
     }
 }
 
-fn note_removed_view(removal: On<Remove, ViewCut>, changes: Res<ListChanges>) {
+fn note_removed_view(removal: OnRemove<ViewCut>, changes: Res<ListChanges>) {
     changes.extend([ListChange::RemoveView(removal.entity.into())]);
 }
 

@@ -9,7 +9,6 @@
 use std::sync::Mutex;
 
 use bevy::asset::{AssetId, RenderAssetUsages};
-use bevy::ecs::lifecycle::Discard;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 use bevy::render::mesh::RenderMesh;
@@ -18,6 +17,7 @@ use bevy::render::{Extract, ExtractSchedule, RenderApp};
 
 use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
+use crate::compat::{OnAdd, OnDiscard, OnRemove};
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::units::LodUnit;
 use crate::lock;
@@ -64,8 +64,8 @@ pub(crate) fn plugin(app: &mut App) {
         ExtractSchedule,
         change_render_assets.after(AssetExtractionSystems),
     );
-    app.add_observer(note_object::<Add>)
-        .add_observer(note_object::<Remove>)
+    app.add_observer(note_new_object)
+        .add_observer(note_removed_object)
         .add_observer(note_lost_mesh::<Mesh2d>)
         .add_observer(note_lost_mesh::<Mesh3d>)
         .add_systems(
@@ -78,17 +78,24 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-fn note_object<E: EntityEvent>(
-    event: On<E, LodObject>,
+fn note_new_object(
+    new: OnAdd<LodObject>,
     objects: Query<&LodObject>,
     mut sources: ResMut<ReleasedSources>,
 ) {
-    let object = objects.get(event.event_target());
-    sources.is_stale |= object.is_ok_and(LodObject::has_units);
+    sources.is_stale |= objects.get(new.entity).is_ok_and(LodObject::has_units);
+}
+
+fn note_removed_object(
+    removed: OnRemove<LodObject>,
+    objects: Query<&LodObject>,
+    mut sources: ResMut<ReleasedSources>,
+) {
+    sources.is_stale |= objects.get(removed.entity).is_ok_and(LodObject::has_units);
 }
 
 fn note_lost_mesh<M: Component>(
-    lost: On<Discard, M>,
+    lost: OnDiscard<M>,
     meshes: Query<&M>,
     mut sources: ResMut<ReleasedSources>,
 ) where

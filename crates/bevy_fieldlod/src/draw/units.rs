@@ -12,6 +12,7 @@ use bevy::tasks::{ComputeTaskPool, ParallelSlice, TaskPool};
 use fieldlod_select::MeshId;
 
 use crate::api::systems::FieldLodSystems;
+use crate::compat::OnRemove;
 use crate::draw::inherit::InheritedComponents;
 use crate::lock;
 use crate::scene::lod_mesh::{LodMesh, LodObject};
@@ -227,7 +228,7 @@ fn despawn_copied_units(
 }
 
 /// Spawns a unit again that other code despawned.
-fn respawn_lost_unit(removal: On<Remove, LodUnit>, mut scene: ResMut<LodScene>) {
+fn respawn_lost_unit(removal: OnRemove<LodUnit>, mut scene: ResMut<LodScene>) {
     // `None` for units that the plugin despawns: their records were freed before.
     let record = scene.records.detach_entity(removal.entity);
     scene.units_to_spawn.extend(record);

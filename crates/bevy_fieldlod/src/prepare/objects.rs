@@ -183,7 +183,9 @@ pub(super) fn give_levels_to_objects(
     // Only bakes of several primitives need the materials of other entities.
     let materials = OnceCell::new();
     let all_materials = || first_materials(&waiting, &ready);
-    for (entity, mesh, wanted, material) in waiting.iter_many(startable) {
+    for (entity, mesh, wanted, material) in
+        startable.iter().filter_map(|&one| waiting.get(one).ok())
+    {
         let own = material.map(|material| material.id());
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
@@ -218,9 +220,8 @@ fn first_materials(
 
 /// Marks an entity whose source mesh is drawn.
 fn leave_plain(commands: &mut EntityCommands, error: Option<LodError>) {
-    commands
-        .try_insert(LodState::Plain)
-        .try_remove::<LodWaiting>();
+    let state = error.as_ref().map_or(LodState::Plain, |_| LodState::Failed);
+    commands.try_insert(state).try_remove::<LodWaiting>();
     if let Some(error) = error {
         commands.trigger(|entity| LodFailed { entity, error });
     }

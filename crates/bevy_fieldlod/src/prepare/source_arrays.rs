@@ -13,6 +13,7 @@ use fieldlod_bake::{SourceMesh, Surface};
 use fieldlod_hierarchy::{BakedFile, Hierarchy, SourceHash, Vertices};
 
 use crate::api::events::LodError;
+use crate::compat::decompressed;
 use crate::scene::rig::{RigArrays, is_rigged};
 
 /// Vertex attributes and indices in the types of the baker.
@@ -44,7 +45,8 @@ impl SourceArrays {
         }
         let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
         for (attribute, values) in mesh.try_attributes()? {
-            has_other_attributes |= !read(attribute.id, values, &mut vertices);
+            let values = decompressed(mesh, attribute.id, values.clone());
+            has_other_attributes |= !read(attribute.id, &values, &mut vertices);
         }
         let count = vertices.positions.len();
         if count == 0 {

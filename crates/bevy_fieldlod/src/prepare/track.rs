@@ -8,6 +8,7 @@ use bevy::prelude::*;
 use crate::api::auto_lod::{AutoLod, NoLod};
 use crate::api::config::FieldLodAppConfig;
 use crate::api::systems::FieldLodSystems;
+use crate::compat::{OnAdd, OnRemove};
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::released_sources::ReleasedSources;
 use crate::draw::units::LodUnit;
@@ -148,13 +149,13 @@ fn track_objects(
 }
 
 /// Records a new object.
-fn note_new_object(added: On<Add, LodObject>, mut scene: ResMut<LodScene>) {
+fn note_new_object(added: OnAdd<LodObject>, mut scene: ResMut<LodScene>) {
     scene.new_objects.push(added.entity);
 }
 
 /// Draws the source of an entity that loses its levels, and despawns its units.
 fn remove_object(
-    removal: On<Remove, LodObject>,
+    removal: OnRemove<LodObject>,
     drawn: Res<DrawnMeshes>,
     mut scene: ResMut<LodScene>,
     mut commands: Commands,
@@ -170,7 +171,7 @@ fn remove_object(
 
 /// Removes the components of the plugin from an entity whose [`Mesh3d`] was removed.
 fn untrack_entities_without_mesh(
-    removal: On<Remove, Mesh3d>,
+    removal: OnRemove<Mesh3d>,
     objects: Query<(), (With<LodState>, Without<LodUnit>)>,
     mut commands: Commands,
 ) {

@@ -106,8 +106,10 @@ impl LodMesh {
 pub enum LodState {
     /// Its mesh is being loaded, baked or uploaded. The source mesh is drawn.
     Waiting,
-    /// The source mesh is drawn: it is small, changes often, or cannot have levels of detail.
+    /// The source mesh is drawn: it is small, changes often, or its [`AutoLod::kind`] is [`LodKind::Plain`].
     Plain,
+    /// The source mesh is drawn: it cannot have levels of detail. [`LodFailed`](crate::LodFailed) tells the reason.
+    Failed,
     /// It has levels of detail: [`LodKind::WholeMesh`] or [`LodKind::Clusters`].
     Ready(LodKind),
 }

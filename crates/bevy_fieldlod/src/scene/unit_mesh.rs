@@ -15,6 +15,7 @@ use bevy::mesh::{
 use bevy::platform::collections::HashMap;
 use fieldlod_hierarchy::{Hierarchy, Unit};
 
+use crate::compat::decompressed;
 use crate::scene::rig::morph_targets_at;
 
 /// The mesh that a hierarchy was baked from, with another order of triangles.
@@ -93,9 +94,16 @@ pub(crate) fn unit_mesh(
     let origin = |&vertex: &u32| hierarchy.origin_of(vertex).unwrap_or(0);
     let origins: Vec<u32> = vertices.iter().map(origin).collect();
     for (attribute, values) in source.try_attributes()? {
-        let mut values = gather(values, &origins);
+        let mut values = decompressed(source, attribute.id, gather(values, &origins));
         move_values(&mut values, attribute.id, hierarchy, first_held, vertices);
-        mesh.insert_attribute(*attribute, values);
+        let format = (&values).into();
+        mesh.insert_attribute(
+            MeshVertexAttribute {
+                format,
+                ..*attribute
+            },
+            values,
+        );
     }
     if let Some(targets) = morph_targets_at(source, &origins)? {
         mesh.set_morph_targets(targets);

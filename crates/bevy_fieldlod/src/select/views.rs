@@ -17,6 +17,7 @@ use fieldlod_select::{Scene, View};
 use crate::api::settings::FieldLodCamera;
 use crate::api::stats::FieldLodViewStats;
 use crate::api::systems::FieldLodSystems;
+use crate::compat::OnRemove;
 use crate::scene::changed::{ChangedOn, for_each_changed};
 use crate::scene::lod_mesh::{LodObject, LodPlacement};
 use crate::scene::lod_scene::LodScene;
@@ -111,9 +112,11 @@ fn add_instances(
     drawn_layers: DrawnLayers,
 ) {
     let new = std::mem::take(&mut scene.new_objects);
-    let mut new = objects.iter_many_mut(new);
-    while let Some((object, mut placement)) = new.fetch_next() {
-        let (entity, transform, lod, ..) = object;
+    for entity in new {
+        let Ok((object, mut placement)) = objects.get_mut(entity) else {
+            continue;
+        };
+        let (_, transform, lod, ..) = object;
         let world_from_local = skins.world_from_local(entity);
         let world_from_local = world_from_local.unwrap_or_else(|| transform.affine());
         let layers = drawn_layers.of(&object);
@@ -168,7 +171,10 @@ fn update_layers(
     changed.extend(on_layers.iter().chain(removed_layers.read()));
     // Any camera may have moved.
     changed.extend(in_ranges.iter().chain(removed_ranges.read()));
-    for object in objects.iter_many(changed) {
+    for object in changed
+        .into_iter()
+        .filter_map(|entity| objects.get(entity).ok())
+    {
         scene.set_layers(object.0, drawn_layers.of(&object));
     }
 }
@@ -346,7 +352,7 @@ fn clear_cut(cut: &mut ViewCut, scene: &mut LodScene) {
 
 /// Clears the cut of a camera that is removed.
 fn clear_removed_view(
-    removal: On<Remove, ViewCut>,
+    removal: OnRemove<ViewCut>,
     mut views: Query<&mut ViewCut, Allow<Disabled>>,
     mut scene: ResMut<LodScene>,
 ) {

@@ -11,13 +11,13 @@ def install_system(packages=""):
     """Installs the system, and in it Rust, a linker and other packages."""
     if not (SYSTEM / "etc/debian_version").exists():
         subprocess.run(["debootstrap", "--variant=minbase", "trixie", SYSTEM], check=True, stdout=subprocess.DEVNULL)
-        source = "deb http://deb.debian.org/debian trixie-backports main\n"
-        (SYSTEM / "etc/apt/sources.list.d/backports.list").write_text(source)
+    source = "deb http://deb.debian.org/debian trixie-backports main\n"
+    (SYSTEM / "etc/apt/sources.list.d/backports.list").write_text(source)
     packages = f"rustc cargo libstd-rust-dev-wasm32 gcc libc6-dev lld {packages}"
     install = "apt-get install -y -qq --no-install-recommends -t trixie-backports"
     # Rust looks for its own linker, which is a copy of this one.
-    in_system(f"dpkg -s {packages} >/dev/null 2>&1 || (apt-get update -qq && {install} {packages}); "
-              "ln -sf lld /usr/bin/rust-lld")
+    in_system(f"dpkg -s {packages} >/dev/null 2>&1 || (apt-get update -qq && {install} {packages}) "
+              "&& ln -sf lld /usr/bin/rust-lld")
 
 
 def in_system(command):

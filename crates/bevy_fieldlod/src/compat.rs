@@ -1,5 +1,7 @@
 //! What differs between the versions of Bevy that this plugin is built for. The package in `bevy-0.20` sets `bevy_0_20`.
 
+use std::borrow::Cow;
+
 use bevy::mesh::{MeshVertexAttributeId, VertexAttributeValues};
 #[cfg(feature = "debug")]
 use bevy::prelude::Shader;
@@ -34,12 +36,17 @@ mod version {
         list
     }
 
-    pub(crate) fn decompressed(
+    #[cfg(feature = "bake")]
+    pub(crate) fn is_compressed(_: &Mesh) -> bool {
+        false
+    }
+
+    pub(crate) fn decompressed<'a>(
         _: &Mesh,
         _: MeshVertexAttributeId,
-        values: VertexAttributeValues,
-    ) -> VertexAttributeValues {
-        values
+        values: &'a VertexAttributeValues,
+    ) -> Cow<'a, VertexAttributeValues> {
+        Cow::Borrowed(values)
     }
 }
 
@@ -79,57 +86,61 @@ mod version {
         &mut list.1
     }
 
+    /// Whether Bevy has compressed the mesh (`Mesh::compress_mesh`).
+    #[cfg(feature = "bake")]
+    pub(crate) fn is_compressed(mesh: &Mesh) -> bool {
+        let positions = mesh.try_attribute(Mesh::ATTRIBUTE_POSITION);
+        matches!(positions, Ok(VertexAttributeValues::Snorm16x4(_)))
+    }
+
     /// Undoes `Mesh::compress_mesh` in an attribute.
-    pub(crate) fn decompressed(
+    pub(crate) fn decompressed<'a>(
         mesh: &Mesh,
         id: MeshVertexAttributeId,
-        values: VertexAttributeValues,
-    ) -> VertexAttributeValues {
-        use VertexAttributeValues::{Snorm16x2, Snorm16x4, Unorm16x2};
+        values: &'a VertexAttributeValues,
+    ) -> Cow<'a, VertexAttributeValues> {
+        use VertexAttributeValues::{Snorm16x2, Snorm16x4, Unorm8x4, Unorm16x2};
         let set = usize::from(id == Mesh::ATTRIBUTE_UV_1.id);
         let holds_uvs = set == 1 || id == Mesh::ATTRIBUTE_UV_0.id;
-        match values {
-            Snorm16x4(values) if let Some(bounds) = mesh.final_aabb => {
-                let at = |[x, y, z, _]: [f32; 4]| {
-                    (bounds.center() + Vec3A::new(x, y, z) * bounds.half_size()).to_array()
-                };
-                let values = values.into_iter().map(|value| at(value.map(of_snorm)));
-                values.collect::<Vec<_>>().into()
+        let holds_positions = id == Mesh::ATTRIBUTE_POSITION.id;
+        Cow::Owned(match values {
+            Snorm16x4(values) if holds_positions && let Some(bounds) = mesh.final_aabb => {
+                let (center, half_size) = (bounds.center(), bounds.half_size());
+                map(values, |value| {
+                    let [x, y, z, _] = value.map(of_snorm);
+                    (center + Vec3A::new(x, y, z) * half_size).to_array()
+                })
             }
-            Snorm16x2(values) if id == Mesh::ATTRIBUTE_NORMAL.id => {
-                let normal = |value: Vec2| octahedral_decode_signed(value).to_array();
-                let values = values
-                    .into_iter()
-                    .map(|value| normal(value.map(of_snorm).into()));
-                values.collect::<Vec<_>>().into()
-            }
-            Snorm16x2(values) if id == Mesh::ATTRIBUTE_TANGENT.id => {
-                let tangent = |value: Vec2| {
-                    let (direction, sign) = octahedral_decode_tangent(value);
-                    direction.extend(sign).to_array()
-                };
-                let values = values
-                    .into_iter()
-                    .map(|value| tangent(value.map(of_snorm).into()));
-                values.collect::<Vec<_>>().into()
-            }
+            Snorm16x2(values) if id == Mesh::ATTRIBUTE_NORMAL.id => map(values, |value| {
+                octahedral_decode_signed(value.map(of_snorm).into()).to_array()
+            }),
+            Snorm16x2(values) if id == Mesh::ATTRIBUTE_TANGENT.id => map(values, |value| {
+                let (direction, sign) = octahedral_decode_tangent(value.map(of_snorm).into());
+                direction.extend(sign).to_array()
+            }),
             Unorm16x2(values) if holds_uvs && let Some(range) = mesh.final_uv_ranges[set] => {
-                let uv = |value: Vec2| (range.min + value * (range.max - range.min)).to_array();
-                let values = values
-                    .into_iter()
-                    .map(|value| uv(value.map(of_unorm).into()));
-                values.collect::<Vec<_>>().into()
+                map(values, |value| {
+                    let share = Vec2::from(value.map(|value| f32::from(value) / 65535.0));
+                    (range.min + share * (range.max - range.min)).to_array()
+                })
             }
-            values => values,
-        }
+            Unorm8x4(values) if id == Mesh::ATTRIBUTE_COLOR.id => {
+                map(values, |value| value.map(|value| f32::from(value) / 255.0))
+            }
+            _ => return Cow::Borrowed(values),
+        })
+    }
+
+    fn map<T: Copy, U>(values: &[T], decode: impl Fn(T) -> U) -> VertexAttributeValues
+    where
+        Vec<U>: Into<VertexAttributeValues>,
+    {
+        let values: Vec<U> = values.iter().copied().map(decode).collect();
+        values.into()
     }
 
     fn of_snorm(value: i16) -> f32 {
         (f32::from(value) / 32767.0).max(-1.0)
-    }
-
-    fn of_unorm(value: u16) -> f32 {
-        f32::from(value) / 65535.0
     }
 }
 

@@ -70,7 +70,6 @@ impl SharedOccluders {
 
 impl Plugin for FieldLodVisibleFluxPlugin {
     fn build(&self, app: &mut App) {
-        let mark_occluders = mark_occluders.run_if(any_with_component::<FieldLodVisibleFlux>);
         app.init_resource::<SharedOccluders>()
             .insert_resource(KeepOfLevels(|levels| Arc::new(Occluder::new(levels))))
             .add_systems(
@@ -80,8 +79,8 @@ impl Plugin for FieldLodVisibleFluxPlugin {
     }
 }
 
-/// Sets the occluders of new objects, and whether objects hide others. The filters report all changes since the system
-/// last ran.
+/// Sets the occluders of new objects, and whether objects hide others. It runs without cameras too: a removal is reported
+/// for two frames only.
 fn mark_occluders(
     scene: Res<LodScene>,
     shared: Res<SharedOccluders>,
@@ -105,6 +104,9 @@ fn mark_occluders(
     let mut entities = new.entities();
     changed.add_to(&mut entities);
     entities.extend(edited.iter().chain(lost.read()));
+    if entities.is_empty() {
+        return;
+    }
     let occluders = shared.0.write();
     let mut occluders = occluders.unwrap_or_else(PoisonError::into_inner);
     for (entity, object, material) in entities.into_iter().filter_map(|one| objects.get(one).ok()) {

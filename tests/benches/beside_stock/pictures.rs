@@ -14,7 +14,8 @@ pub(crate) const SUPERSAMPLED: u32 = 4;
 
 /// The file of a picture.
 pub(crate) fn path(folder: &Path, scene: &str, radii: f32, by: By) -> PathBuf {
-    folder.join(format!("{scene}-{radii}-{by:?}.png").to_lowercase())
+    let by = format!("{by:?}").to_lowercase();
+    folder.join(format!("{scene}-{radii}-{by}.png"))
 }
 
 /// Errors of pictures, RMSE of 255.

@@ -179,7 +179,8 @@ impl ListedEntities {
         };
         // An up-to-date list can differ in changed entities only.
         if is_marked && is_same {
-            let changed = culled.added.iter().chain(&self.changed);
+            let changed = culled.added.iter().chain(&culled.changed_layers);
+            let changed = changed.chain(&self.changed);
             update_entities(list, changed, is_wanted);
         } else {
             // Listed entities that the GPU does not cull must leave the list.

@@ -24,6 +24,8 @@ use crate::api::auto_lod::AutoLod;
 use crate::api::config::{FieldLodAppConfig, LodKind, LodPriority};
 use crate::api::events::{FieldLodEvent, LodError, asset_name};
 use crate::assets::baked_lods::BakedLods;
+#[cfg(feature = "bake")]
+use crate::compat::is_compressed;
 use crate::scene::lod_mesh::{KeepOfLevels, LodMesh};
 use crate::scene::lod_scene::LodScene;
 use crate::scene::rig::is_rigged;
@@ -487,6 +489,8 @@ impl LodMeshLookup<'_> {
         }
         #[cfg(feature = "bake")]
         if is_rigged {
+            // A compressed mesh differs from that of its file.
+            let path = path.filter(|_| !self.meshes.get(mesh).is_some_and(is_compressed));
             sources.extend(path.and_then(|path| self.rigged_bake(path, request)));
         } else {
             let bake = self.bake_job(mesh, request, kind, material_of)?;

@@ -45,7 +45,7 @@ impl SourceArrays {
         }
         let (mut vertices, mut has_other_attributes) = (Vertices::default(), false);
         for (attribute, values) in mesh.try_attributes()? {
-            let values = decompressed(mesh, attribute.id, values.clone());
+            let values = decompressed(mesh, attribute.id, values);
             has_other_attributes |= !read(attribute.id, &values, &mut vertices);
         }
         let count = vertices.positions.len();

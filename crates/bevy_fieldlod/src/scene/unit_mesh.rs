@@ -3,7 +3,8 @@
 //! The vertices of a unit are vertices of the source mesh with all their attributes, and vertices that simplification
 //! has moved. Moved vertices have positions, normals, tangents, two sets of texture coordinates and colours from the
 //! hierarchy. Other attributes, joints and morph targets are copied from the source vertex. Units have the vertex
-//! layout of their source, so both use the same pipelines, and nothing is compiled when units replace the source.
+//! layout of their source, unless that is compressed: both use the same pipelines, and nothing is compiled when units
+//! replace the source.
 
 use std::sync::Mutex;
 
@@ -94,7 +95,7 @@ pub(crate) fn unit_mesh(
     let origin = |&vertex: &u32| hierarchy.origin_of(vertex).unwrap_or(0);
     let origins: Vec<u32> = vertices.iter().map(origin).collect();
     for (attribute, values) in source.try_attributes()? {
-        let mut values = decompressed(source, attribute.id, gather(values, &origins));
+        let mut values = decompressed(source, attribute.id, &gather(values, &origins)).into_owned();
         move_values(&mut values, attribute.id, hierarchy, first_held, vertices);
         let format = (&values).into();
         mesh.insert_attribute(

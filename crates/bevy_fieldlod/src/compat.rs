@@ -80,6 +80,7 @@ mod version {
         view.auxiliary_entity
     }
 
+    /// The list of a shadow view.
     pub(crate) fn list_of_subview(
         list: &mut (Tick, RenderVisibleEntities),
     ) -> &mut RenderVisibleEntities {

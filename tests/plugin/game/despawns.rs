@@ -12,20 +12,13 @@ use crate::headless::{
 };
 
 #[cfg(not(bevy_0_20))]
-mod events {
-    use bevy::prelude::{Add, Insert, On};
-
-    pub(super) type OnAdd<'w, 't, C> = On<'w, 't, Add, C>;
-    pub(super) type OnInsert<'w, 't, C> = On<'w, 't, Insert, C>;
-}
+type OnAdd<'w, 't, C> = On<'w, 't, Add, C>;
+#[cfg(not(bevy_0_20))]
+type OnInsert<'w, 't, C> = On<'w, 't, Insert, C>;
 #[cfg(bevy_0_20)]
-mod events {
-    use bevy::prelude::{Add, Insert, On};
-
-    pub(super) type OnAdd<'w, 't, C> = On<'w, 't, Add<C>>;
-    pub(super) type OnInsert<'w, 't, C> = On<'w, 't, Insert<C>>;
-}
-use events::{OnAdd, OnInsert};
+type OnAdd<'w, 't, C> = On<'w, 't, Add<C>>;
+#[cfg(bevy_0_20)]
+type OnInsert<'w, 't, C> = On<'w, 't, Insert<C>>;
 
 /// Whether all objects and units are despawned in the next frame.
 #[derive(Resource, Default)]

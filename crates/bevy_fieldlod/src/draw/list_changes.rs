@@ -140,7 +140,7 @@ fn note_shadow_view(
     }
 }
 
-/// Records entities with a changed or removed `C`. Bevy does not extract an entity again when its layers change or
+/// Records entities with a changed or removed `C`. Bevy 0.19 does not extract an entity again when its layers change or
 /// when it starts or stops casting shadows.
 fn note_changed<C: Component>(
     changed: Query<Entity, (With<NoCpuCulling>, Changed<C>)>,

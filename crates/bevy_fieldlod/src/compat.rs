@@ -1,4 +1,4 @@
-//! What differs between the versions of Bevy that this plugin is built for. The package in `bevy-0.20` sets `bevy_0_20`.
+//! What differs between the versions of Bevy that this plugin is built for. The package `bevy-0.20` sets `bevy_0_20`.
 
 use std::borrow::Cow;
 

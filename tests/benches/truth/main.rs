@@ -2,10 +2,9 @@
 //!
 //! `cargo bench -p fieldlod_tests --bench truth -- forest 60` draws 60 trees with radii of 3, 6, 12 and 24 pixels;
 //! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths, or after `--metres 0,40`.
-//! `--px 1,2,4` selects the thresholds of the plugin. `--off` draws without multisampling and `--taa` with temporal
-//! anti-aliasing, instead of with four samples per pixel, Bevy's default. The distances of hand-made ranges have a common
-//! factor, at which their error from the truth is that of the plugin at its first threshold. `--flux` adds visible flux at
-//! the threshold with this error.
+//! `--px 1,2,4` selects the thresholds of the plugin, and `--off` draws without multisampling instead of with four
+//! samples, Bevy's default. The distances of hand-made ranges have a common factor, at which their error from the truth is
+//! that of the plugin at its first threshold. `--flux` adds visible flux at the threshold with this error.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
 //! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
@@ -50,9 +49,7 @@ fn main() {
             .collect()
     };
     let thresholds = list("--px", "1,2");
-    let has = |name: &str| args.iter().any(|arg| arg == name);
-    let (has_taa, is_off) = (has("--taa"), has("--off"));
-    let msaa = if is_off || has_taa {
+    let msaa = if args.iter().any(|arg| arg == "--off") {
         Msaa::Off
     } else {
         Msaa::Sample4
@@ -74,19 +71,12 @@ fn main() {
     ) else {
         return;
     };
-    let taa = if has_taa { ", TAA" } else { "" };
-    println!("{}, {msaa:?}{taa}, {}", scene.name, truth.adapter());
+    println!("{}, {msaa:?}, {}", scene.name, truth.adapter());
     println!(
         "{:<8}{:<16}{:>11}{:>8}{:>8}{:>8}{:>9}",
         "", "", "triangles", "RMSE", "bias", "FLIP", "flicker"
     );
-    let app = |method| {
-        let mut app = app(&scene, method, msaa, 1).expect("there was an adapter");
-        if has_taa {
-            app.set_taa();
-        }
-        app
-    };
+    let app = |method| app(&scene, method, msaa, 1).expect("there was an adapter");
     let mut full = app(Method::Full { gpu: false });
     let mut plugin = app(Method::auto_lod(1.0));
     let mut ranges = app(Method::Ranges { gpu: false });
@@ -101,7 +91,7 @@ fn main() {
             let name = format!("plugin, {px} px");
             errors.push(measure(&name, &place, &mut plugin, &poses, &truth).rmse);
         }
-        if has("--flux") {
+        if args.iter().any(|arg| arg == "--flux") {
             plugin.set_visible_flux(true);
             let set = SceneApp::set_error_px;
             let px = match_error(&mut plugin, set, errors[0], &poses, &truth);

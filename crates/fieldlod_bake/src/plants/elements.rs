@@ -134,9 +134,7 @@ impl Task<'_> {
     }
 
     /// Scales and moves an element to the given area and centroid, and adapts its colours and normals to the given
-    /// mean. The corners of a leaf get different normals, so that it has about the mean brightness of the leaves that it
-    /// replaces. With one normal it is a bright or a dark spot: at 6 px, trees then have 1.6 times the triangles at equal
-    /// error from the truth.
+    /// mean.
     pub(crate) fn fit(
         &self,
         simplified: &mut Simplified,
@@ -153,21 +151,15 @@ impl Task<'_> {
         let layout = &self.vertices.layout;
         let width = layout.width();
         let own_mean = self.mean_row(&simplified.rows, element);
-        // Pieces of a kit are flat where they were flat.
-        let is_leaf = !is_large && simplified.method == Method::Elements;
-        let vertices = element.vertices();
-        let per_vertex = (vertices.len() as f32).recip();
-        for (index, own) in vertices.into_iter().map(|own| own as usize).enumerate() {
+        for own in element.vertices().into_iter().map(|own| own as usize) {
             let position = Vec3::from(simplified.positions[own]);
             let fitted = centroid + (position - element.centroid) * factor;
             simplified.positions[own] = fitted.to_array();
-            let row = &mut simplified.rows[own * width..][..width];
-            let turn = index as f32 * per_vertex;
-            if is_leaf {
-                layout.spread_around(row, &own_mean, mean, turn);
-            } else {
-                layout.shift_mean(row, &own_mean, mean);
-            }
+            layout.shift_mean(
+                &mut simplified.rows[own * width..][..width],
+                &own_mean,
+                mean,
+            );
             simplified.is_new[own] = true;
         }
         element.measure(&simplified.positions);

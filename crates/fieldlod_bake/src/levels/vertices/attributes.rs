@@ -1,7 +1,5 @@
 //! Vertex attributes as the simplifier weights and interpolates them: one row of numbers per vertex.
 
-use std::f32::consts::TAU;
-
 use fieldlod_hierarchy::Vertices;
 use glam::{DVec2, Vec2, Vec3, Vec4};
 
@@ -182,46 +180,6 @@ impl AttributeLayout {
         self.make_valid(row, &before);
     }
 
-    /// As [`Self::shift_mean`], but corners with rows of the mean `own_mean` get normals whose mean has also the length
-    /// of `wanted`, which is below 1 for a mean of several directions. So they point away from their mean: in the
-    /// direction in which they did so before, or else in that of `turn`, a share of a full turn.
-    pub(crate) fn spread_around(
-        &self,
-        row: &mut [f32],
-        own_mean: &[f32],
-        wanted: &[f32],
-        turn: f32,
-    ) {
-        let normal = self.spread_normal(row, own_mean, wanted, turn);
-        self.shift_mean(row, own_mean, wanted);
-        if let (Some(at), Some(normal)) = (self.normal, normal) {
-            normal.write_to_slice(&mut row[at..at + 3]);
-        }
-    }
-
-    /// The normal of [`Self::spread_around`]. `None` if a normal is missing or the mean has no direction.
-    fn spread_normal(
-        &self,
-        row: &[f32],
-        own_mean: &[f32],
-        wanted: &[f32],
-        turn: f32,
-    ) -> Option<Vec3> {
-        let at = self.normal?;
-        let [own, own_mean, mean] = [row, own_mean, wanted].map(|row| Vec3::from_slice(&row[at..]));
-        let axis = mean.try_normalize().filter(|_| own != Vec3::ZERO)?;
-        let before = (own - own_mean).reject_from_normalized(axis);
-        let across = if before.length() > SHORTEST_NORMAL {
-            before.normalize()
-        } else {
-            let (x, y) = axis.any_orthonormal_pair();
-            let direction = Vec2::from_angle(turn * TAU);
-            x * direction.x + y * direction.y
-        };
-        let along = mean.length().min(1.0);
-        Some(axis * along + across * (1.0 - along * along).sqrt())
-    }
-
     /// Row of a vertex on the back of a sheet whose front changed from `front` to `own`. `back` is its old row.
     pub(crate) fn back_row(&self, own: &[f32], front: &[f32], back: &[f32]) -> Vec<f32> {
         let changes = own.iter().zip(front);
@@ -328,30 +286,4 @@ fn mesh_per_uv(mesh: &SourceMesh, uvs: &[Vec2]) -> f64 {
         uv_area += (b - a).perp_dot(c - a).abs();
     }
     (area / uv_area).sqrt() / f64::from(extent_of(&mesh.positions))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::fixtures;
-
-    #[test]
-    fn corners_of_a_leaf_have_the_mean_of_what_it_replaces() {
-        let mut mesh = fixtures::plane(1);
-        mesh.uvs.clear();
-        let layout = AttributeLayout::of(&mesh, NORMAL_WEIGHT);
-        let mut rows = [Vec3::Y.to_array(); 4];
-        let mut own_mean = Vec3::Y;
-        // The second leaf widens the spread of the first.
-        for wanted in [Vec3::new(0.0, 0.8, 0.4), Vec3::new(0.0, 0.4, 0.2)] {
-            for (corner, row) in rows.iter_mut().enumerate() {
-                let [own, mean] = [own_mean, wanted].map(|mean| mean.to_array());
-                layout.spread_around(row, &own, &mean, corner as f32 * 0.25);
-            }
-            let normals = rows.map(Vec3::from);
-            own_mean = normals.iter().sum::<Vec3>() / 4.0;
-            assert!(own_mean.abs_diff_eq(wanted, 1e-5), "{own_mean}");
-            assert!(normals.iter().all(|normal| normal.is_normalized()));
-        }
-    }
 }

@@ -19,31 +19,54 @@ fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins_with_assets_in(folder), FieldLodPlugin))
         .add_systems(Startup, setup)
-        .add_systems(Update, (start_dance, animate_distant_less_often).chain())
+        .add_systems(
+            Update,
+            (spawn_dancers, start_dance, animate_distant_less_often).chain(),
+        )
         .run()
 }
 
+/// The file of the characters. Loading its scene and its animation by labels would load the file twice.
+#[derive(Resource)]
+struct Dancer(Handle<Gltf>);
+
 fn setup(mut commands: Commands, assets: Res<AssetServer>) {
-    let dancer = assets.load(GltfAssetLabel::Scene(0).from_asset("dancer.gltf"));
-    for index in 0..400u16 {
-        let (column, row) = (f32::from(index % 20), f32::from(index / 20));
-        let place = Transform::from_xyz(2.0 * column - 19.0, 0.0, -3.0 * row);
-        commands.spawn((WorldAssetRoot(dancer.clone()), place, AutoLod::default()));
-    }
+    commands.insert_resource(Dancer(assets.load("dancer.gltf")));
     let eye = Transform::from_xyz(0.0, 3.0, 6.0).looking_to(Vec3::new(0.0, -0.2, -1.0), Vec3::Y);
     commands.spawn((Camera3d::default(), eye, FieldLodCamera::high()));
     commands.spawn(sun());
 }
 
+fn spawn_dancers(
+    mut commands: Commands,
+    dancer: Res<Dancer>,
+    files: Res<Assets<Gltf>>,
+    mut is_done: Local<bool>,
+) {
+    let Some(file) = files.get(&dancer.0).filter(|_| !*is_done) else {
+        return;
+    };
+    *is_done = true;
+    for index in 0..400u16 {
+        let (column, row) = (f32::from(index % 20), f32::from(index / 20));
+        let place = Transform::from_xyz(2.0 * column - 19.0, 0.0, -3.0 * row);
+        let scene = WorldAssetRoot(file.scenes[0].clone());
+        commands.spawn((scene, place, AutoLod::default()));
+    }
+}
+
 fn start_dance(
     mut commands: Commands,
-    assets: Res<AssetServer>,
+    dancer: Res<Dancer>,
+    files: Res<Assets<Gltf>>,
     mut graphs: ResMut<Assets<AnimationGraph>>,
     mut players: Query<(Entity, &mut AnimationPlayer), Added<AnimationPlayer>>,
 ) {
     for (entity, mut player) in &mut players {
-        let clip = assets.load(GltfAssetLabel::Animation(0).from_asset("dancer.gltf"));
-        let (graph, dance) = AnimationGraph::from_clip(clip);
+        let Some(file) = files.get(&dancer.0) else {
+            return;
+        };
+        let (graph, dance) = AnimationGraph::from_clip(file.animations[0].clone());
         let graph = AnimationGraphHandle(graphs.add(graph));
         commands.entity(entity).insert(graph);
         let dance = player.play(dance).repeat();

@@ -238,19 +238,6 @@ impl SceneApp {
         (start.elapsed(), parts)
     }
 
-    /// A picture at each of these distances along the path, in metres.
-    pub fn pictures(&mut self, metres: &[f32]) -> Vec<RgbaImage> {
-        let pictures = metres.iter();
-        pictures
-            .map(|&metres| self.picture_from((self.path)(metres)))
-            .collect()
-    }
-
-    /// A picture from a pose.
-    pub fn picture_from(&mut self, pose: Transform) -> RgbaImage {
-        self.picture_and_triangles(pose).0
-    }
-
     /// A picture from a pose, and the [triangles](Self::triangles) of its frame. Cars stand at their starts.
     pub fn picture_and_triangles(&mut self, pose: Transform) -> (RgbaImage, u64) {
         self.stage.insert(self.eye.entity, pose);

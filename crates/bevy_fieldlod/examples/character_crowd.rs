@@ -26,7 +26,7 @@ fn main() -> AppExit {
         .run()
 }
 
-/// The file of the characters. Loading its scene and its animation by labels would load the file twice.
+/// The file of the characters. Loading its scene and its animation by labels would load the file again.
 #[derive(Resource)]
 struct Dancer(Handle<Gltf>);
 

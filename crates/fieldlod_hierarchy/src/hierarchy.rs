@@ -54,11 +54,11 @@ pub struct Hierarchy {
     pub indices: Vec<u16>,
 }
 
-/// Weight of the visible area in the error of a group on the screen: 1 over the visible area of a surface with normals in
-/// all directions.
+/// Weight of V in the screen error `e √(c (4 V + 0.4 p))` of `fieldlod_select`. V is the visible share of the projection
+/// factor (Lin and Lee, eq. 16), and a quarter for a surface with normals in all directions.
 pub const VISIBLE_WEIGHT: f32 = 4.0;
-/// Weight of the silhouette: a tenth of the weight of the visible area. At equal silhouettes, a prototype drew 0.97 of
-/// clusterlod's triangles with it, and 1.02 without.
+/// Weight of p, the silhouette, in the same error: a tenth of the weight of V. At equal silhouettes, a prototype drew 0.97
+/// of clusterlod's triangles with it, and 1.02 without.
 pub const SILHOUETTE_WEIGHT: f32 = 0.1 * VISIBLE_WEIGHT;
 
 /// Triangles that are simplified together. A cut refines all of them or none.

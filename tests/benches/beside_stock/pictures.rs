@@ -7,10 +7,7 @@ use fieldlod_lab::render::{Picture, SUPERSAMPLING};
 use image::{Rgba, RgbaImage};
 
 use crate::By;
-use crate::measure::{Linear, rmse};
-
-/// Width and height of the truth over those of the pictures. It has four samples per pixel.
-pub(crate) const SUPERSAMPLED: u32 = 4;
+use crate::measure::{Linear, SUPERSAMPLED, rmse};
 
 /// The file of a picture.
 pub(crate) fn path(folder: &Path, scene: &str, radii: f32, by: By) -> PathBuf {

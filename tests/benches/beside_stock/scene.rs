@@ -14,6 +14,7 @@ use fieldlod_tests::apps::bevy_mesh;
 use fieldlod_tests::stage::{Eye, Stage, plugins};
 use fieldlod_tests::{height_field, rock};
 
+use crate::measure::SUPERSAMPLED;
 use crate::{By, Case, pictures, process};
 
 /// Generated scenes.
@@ -82,11 +83,7 @@ pub(crate) fn measure(case: &Case) -> Vec<Measured> {
 fn add_eye_and_sun(stage: &mut Stage, by: By) -> Eye {
     let pose = Transform::from_xyz(0.0, 0.0, 4.0);
     let background = Color::srgb(0.3, 0.35, 0.4);
-    let scale = if by == By::Truth {
-        pictures::SUPERSAMPLED
-    } else {
-        1
-    };
+    let scale = if by == By::Truth { SUPERSAMPLED } else { 1 };
     let eye = stage.add_eye_of_size(SIZE_PX * scale, pose, background, FieldLodCamera::default());
     stage.insert(eye.entity, Msaa::Sample4);
     // Software adapters are slow.

@@ -20,11 +20,9 @@ use bevy_fieldlod::FieldLodVisibleFluxPlugin;
 use fieldlod_tests::scenes::{Method, Scene, SceneApp};
 use fieldlod_tests::stage::Stage;
 
-use measure::{Errors, Linear, rmse};
+use measure::{Errors, Linear, SUPERSAMPLED, pictures, rmse};
 
 const SIZE_PX: UVec2 = UVec2::new(320, 180);
-/// Size of the target of the truth in pixels of the picture. It has four samples per pixel.
-const SUPERSAMPLED: u32 = 4;
 /// Steps of a quarter of a pixel.
 const STEPS: u8 = 8;
 /// Pixels per radian at the centre, for Bevy's default field of view of π/4.
@@ -131,15 +129,6 @@ fn steps_from(pose: Transform) -> Vec<Transform> {
     (0..STEPS)
         .map(|step| pose.with_rotation(pose.rotation * turn(step)))
         .collect()
-}
-
-/// Pictures from poses, and the triangles of the first.
-fn pictures(app: &mut SceneApp, poses: &[Transform], scale: u32) -> (Vec<Linear>, u64) {
-    let pictures = poses.iter().map(|&pose| app.picture_and_triangles(pose));
-    let (pictures, triangles): (Vec<Linear>, Vec<u64>) = pictures
-        .map(|(picture, triangles)| (Linear::of(&picture, scale), triangles))
-        .unzip();
-    (pictures, triangles[0])
 }
 
 fn measure(

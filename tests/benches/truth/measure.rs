@@ -1,10 +1,14 @@
 //! Pictures compared with the truth: full detail with 64 samples per pixel, each with its own shading and alpha test.
 
+use bevy::prelude::Transform;
 use fieldlod_lab::measure::flip_mean;
 use fieldlod_lab::render::Picture;
+use fieldlod_tests::scenes::SceneApp;
 use glam::{UVec2, Vec3};
 use image::RgbaImage;
 
+/// Width and height of the target of the truth over those of the pictures. It has four samples per pixel.
+pub(crate) const SUPERSAMPLED: u32 = 4;
 /// Side of the squares over which bias is measured, in pixels.
 const BLOCK: u32 = 4;
 
@@ -88,6 +92,15 @@ fn encoded_of(linear: f32) -> f32 {
     } else {
         1.055 * linear.powf(1.0 / 2.4) - 0.055
     }
+}
+
+/// Pictures from poses, as means over squares of `scale` × `scale` pixels, and the triangles of the first.
+pub(crate) fn pictures(app: &mut SceneApp, poses: &[Transform], scale: u32) -> (Vec<Linear>, u64) {
+    let pictures = poses.iter().map(|&pose| app.picture_and_triangles(pose));
+    let (pictures, triangles): (Vec<Linear>, Vec<u64>) = pictures
+        .map(|(picture, triangles)| (Linear::of(&picture, scale), triangles))
+        .unzip();
+    (pictures, triangles[0])
 }
 
 /// The errors of a sequence of pictures from the truth.

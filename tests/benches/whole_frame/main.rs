@@ -25,17 +25,15 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use bevy::math::UVec2;
+use bevy::prelude::Transform;
 use bevy::render::view::Msaa;
 use fieldlod_tests::frame_times::{FrameTimes, median};
 use fieldlod_tests::scenes::{Method, Scene, SceneApp};
 use fieldlod_tests::stage::Stage;
-use image::RgbaImage;
 
-use measure::{Linear, rmse};
+use measure::{Linear, SUPERSAMPLED, pictures, rmse};
 
 const SIZE_PX: UVec2 = UVec2::new(960, 540);
-/// Size of the target of the truth in pixels of the picture. It has four samples per pixel.
-const SUPERSAMPLED: u32 = 4;
 /// Metres along the path of compared pictures, and of timed frames.
 const COMPARED: [f32; 2] = [0.0, 2.4];
 const STEPS: u8 = 7;
@@ -71,12 +69,15 @@ fn compare_methods(scene: &Scene, also_as_medium: bool) {
         return;
     };
     println!("{}, {}", scene.name, truth.adapter());
-    let truth = linear(&truth.pictures(&COMPARED), SUPERSAMPLED);
+    let poses = COMPARED.map(|metres| scene.pose(metres));
+    let (truth, _) = pictures(&mut truth, &poses, SUPERSAMPLED);
     let app = |method| app_of(scene, method, 1).expect("there was an adapter");
     let mut full = app(full_detail);
+    let (of_full, _) = pictures(&mut full, &poses, 1);
     let references = References {
+        poses,
         truth,
-        full: linear(&full.pictures(&COMPARED), 1),
+        full: of_full,
     };
     let row = |name, app| Row::new(name, app, &references);
     let mut rows = vec![
@@ -92,7 +93,7 @@ fn compare_methods(scene: &Scene, also_as_medium: bool) {
     }
     for (plugin, names) in matched {
         let mut ranges = app(Method::Ranges { gpu: false });
-        let factor = match_error(&mut ranges, rows[plugin].error, &references.truth);
+        let factor = match_error(&mut ranges, rows[plugin].error, &references);
         let mut on_gpu = app(Method::Ranges { gpu: true });
         on_gpu.scale_ranges(factor);
         rows.push(row(names[0], ranges));
@@ -114,14 +115,9 @@ fn app_of(scene: &Scene, method: Method, scale: u32) -> Option<SceneApp> {
     Some(app)
 }
 
-/// Pictures with the means over squares of `side` × `side` pixels.
-fn linear(pictures: &[RgbaImage], side: u32) -> Vec<Linear> {
-    let pictures = pictures.iter();
-    pictures.map(|picture| Linear::of(picture, side)).collect()
-}
-
 /// The pictures with which all methods are compared.
 struct References {
+    poses: [Transform; 2],
     truth: Vec<Linear>,
     full: Vec<Linear>,
 }
@@ -141,7 +137,7 @@ struct Row {
 
 impl Row {
     fn new(name: &'static str, mut app: SceneApp, references: &References) -> Self {
-        let pictures = linear(&app.pictures(&COMPARED), 1);
+        let (pictures, triangles) = pictures(&mut app, &references.poses, 1);
         if let Some(folder) = std::env::var_os("FIELDLOD_PICTURES") {
             let file = Path::new(&folder).join(format!("{name}.png"));
             pictures[0]
@@ -151,10 +147,6 @@ impl Row {
         }
         let error = rmse(&pictures, &references.truth);
         let error_from_full = rmse(&pictures, &references.full);
-        // The last frames of pictures show the sky.
-        app.go_to(COMPARED[0]);
-        app.draw();
-        let triangles = app.triangles();
         eprintln!("{name}: {error:.3} from the truth, {triangles} triangles");
         let times = Vec::new();
         Self {
@@ -175,13 +167,13 @@ impl Row {
 
 /// Scales the distances of hand-made levels until the error from the truth is `error`, up to [`SAME`]. Returns the
 /// factor with the nearest error.
-fn match_error(app: &mut SceneApp, error: f64, truth: &[Linear]) -> f32 {
+fn match_error(app: &mut SceneApp, error: f64, references: &References) -> f32 {
     let (mut near, mut far) = (0.05f32, 20.0f32);
     let (mut best, mut distance) = (1.0, f64::INFINITY);
     for _ in 0..SEARCH_STEPS {
         let factor = (near * far).sqrt();
         app.scale_ranges(factor);
-        let found = rmse(&linear(&app.pictures(&COMPARED), 1), truth);
+        let found = rmse(&pictures(app, &references.poses, 1).0, &references.truth);
         eprintln!("distances times {factor:.3}: error {found:.3} for {error:.3}");
         if (found - error).abs() < distance {
             (best, distance) = (factor, (found - error).abs());

@@ -1,11 +1,10 @@
 //! A sphere and the largest errors in it, for tests of many groups at once.
 
-use fieldlod_hierarchy::{Group, Sphere};
+use fieldlod_hierarchy::{Group, SILHOUETTE_WEIGHT, Sphere};
 use glam::{Affine3A, Vec3};
 
 use crate::criterion::{normal_variance, usable_deviation, visible_weight};
 use crate::lanes::Eight;
-use fieldlod_hierarchy::SILHOUETTE_WEIGHT;
 
 /// A sphere around groups, and the largest errors of the groups that have a simplification.
 #[derive(Clone, Copy, Debug, Default)]

@@ -93,6 +93,14 @@ fn released_source_returns_in_the_same_frame() {
         show.stage.app.update();
     }
     assert!(!released.is_on_gpu());
+    // The file is loaded again.
+    for show in [&mut kept, &mut released] {
+        let mut meshes = show.stage.app.world_mut().resource_mut::<Assets<Mesh>>();
+        let same = meshes.get(&show.mesh).unwrap().clone();
+        meshes.insert(&show.mesh, same).unwrap();
+    }
+    (0..4).for_each(|_| assert_alike(&mut kept, &mut released));
+    assert!(!released.is_on_gpu());
     // The game edits the source.
     for show in [&mut kept, &mut released] {
         let mut meshes = show.stage.app.world_mut().resource_mut::<Assets<Mesh>>();

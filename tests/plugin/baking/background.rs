@@ -56,7 +56,8 @@ fn changing_mesh_draws_its_source() {
     assert!(level(&mut app, water, camera) > Some(0));
     let wave = |app: &mut App| {
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        meshes.get_mut(&source).unwrap().into_inner();
+        let mut water = meshes.get_mut(&source).unwrap();
+        *water = water.clone().scaled_by(Vec3::new(1.0, 0.999, 1.0));
         app.update();
     };
     wave(&mut app);
@@ -80,6 +81,35 @@ fn changing_mesh_draws_its_source() {
     ready(&mut app, 2);
     assert!(level(&mut app, water, camera) > Some(0));
     assert_eq!(origins(&app).len(), 2);
+}
+
+/// As where a game loads a scene and an animation of a file by their labels.
+#[test]
+fn equal_mesh_keeps_its_levels() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 300.0);
+    let source = add(&mut app, rock(4, 1));
+    let rock = app
+        .world_mut()
+        .spawn((Mesh3d(source.clone()), AutoLod::default()));
+    let rock = rock.id();
+    let load = |app: &mut App, change: fn(Mesh) -> Mesh| {
+        let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+        let loaded = change(meshes.get(&source).unwrap().clone());
+        meshes.insert(&source, loaded).unwrap();
+        (0..3).for_each(|_| app.update());
+    };
+    app.update();
+    // During the bake, and after it.
+    load(&mut app, |mesh| mesh);
+    ready(&mut app, 1);
+    let drawn = level(&mut app, rock, camera);
+    assert!(drawn > Some(0));
+    load(&mut app, |mesh| mesh);
+    assert_eq!(level(&mut app, rock, camera), drawn);
+    assert_eq!(origins(&app).len(), 1);
+    load(&mut app, |mesh| mesh.translated_by(Vec3::X));
+    assert_eq!(level(&mut app, rock, camera), None);
 }
 
 #[test]

@@ -49,6 +49,13 @@ impl ReleasedSources {
         self.released.contains(&mesh)
     }
 
+    /// Records that a mesh was loaded again, unchanged. Bevy uploads it, and it is released again.
+    pub(crate) fn note_reloaded(&self, mesh: AssetId<Mesh>) {
+        if self.is_released(mesh) {
+            lock(&self.changes).push((mesh, false));
+        }
+    }
+
     fn contains(&self, mesh: AssetId<Mesh>) -> bool {
         self.released.contains(&mesh) || self.shared.contains(&mesh)
     }

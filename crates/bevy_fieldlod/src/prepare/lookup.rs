@@ -14,6 +14,7 @@ use fieldlod_bake::BakeConfig;
 #[cfg(feature = "bake")]
 use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedBake, RiggedFiles, Surfaces};
 use super::changing::ChangingMeshes;
+use super::contents::MeshContents;
 use super::in_preparation::InPreparation;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::measure::measuring::Measuring;
@@ -50,6 +51,7 @@ pub(crate) struct LodMeshes {
     pub(super) in_preparation: InPreparation,
     pub(super) measuring: Measuring,
     changing: ChangingMeshes,
+    contents: MeshContents,
     /// Requests that could not be started in this frame. Other entities with the same request do not retry them.
     not_started: HashMap<AssetId<Mesh>, Vec<AutoLod>>,
     #[cfg(feature = "bake")]
@@ -125,6 +127,7 @@ impl LodMeshes {
         self.providers.remove(&mesh);
         self.rigged.remove(&mesh);
         self.changing.remove(mesh);
+        self.contents.remove(mesh);
         #[cfg(feature = "bake")]
         self.together.remove_source(mesh);
     }
@@ -169,6 +172,16 @@ impl LodMeshes {
         self.entries.keys().copied().filter(is_ready).collect()
     }
 
+    /// Whether levels were prepared for a mesh as it is now.
+    pub(super) fn has_levels_of(&self, id: AssetId<Mesh>, mesh: &Mesh) -> bool {
+        // Another preparation may succeed.
+        let is_failed =
+            |(_, entry): &(AutoLod, LodMeshEntry)| matches!(entry, LodMeshEntry::Plain(Some(_)));
+        let entries = self.entries.get(&id);
+        entries.is_some_and(|entries| !entries.iter().any(is_failed))
+            && self.contents.are_same(id, mesh)
+    }
+
     /// Records that a program has changed a mesh, and returns whether the mesh had entries.
     pub(super) fn note_change(&mut self, mesh: AssetId<Mesh>, assets: &AssetServer) -> bool {
         #[cfg(feature = "bake")]
@@ -191,9 +204,20 @@ impl LodMeshes {
         #[cfg(feature = "bake")]
         let stable = stable
             .into_iter()
-            .flat_map(|mesh| self.together.with_others(mesh))
+            .flat_map(|mesh| self.baked_with(mesh))
             .collect();
         stable
+    }
+
+    /// All meshes that were baked together with `mesh`, and `mesh`.
+    #[cfg(feature = "bake")]
+    fn baked_with(&self, mesh: AssetId<Mesh>) -> Vec<AssetId<Mesh>> {
+        let Some(file) = self.rigged.get(&mesh) else {
+            return self.together.with_others(mesh);
+        };
+        let rigged = self.rigged.iter();
+        let of_file = rigged.filter(|(_, of)| *of == file);
+        of_file.map(|(mesh, _)| *mesh).collect()
     }
 
     /// All entries, each with its mesh.
@@ -395,6 +419,7 @@ impl LodMeshLookup<'_> {
             None => {
                 let sources = self.sources(mesh, request, kind, material_of)?;
                 let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?.clone();
+                self.known.contents.note(mesh, &source);
                 let kind = match (request.kind, kind) {
                     (LodKind::Auto, LodKind::Clusters) => LodKind::Auto,
                     (_, kind) => kind,

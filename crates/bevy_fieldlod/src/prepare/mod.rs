@@ -7,6 +7,7 @@
 mod bake;
 mod changing;
 mod collect;
+mod contents;
 mod in_preparation;
 mod job;
 mod lookup;

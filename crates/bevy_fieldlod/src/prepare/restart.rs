@@ -78,12 +78,18 @@ fn restart_changed_meshes(
     mut events: MessageReader<AssetEvent<Mesh>>,
     assets: Res<AssetServer>,
     sources: Res<ReleasedSources>,
+    meshes: Res<Assets<Mesh>>,
 ) {
     let mut changed = Vec::new();
     for event in events.read() {
         match event {
-            AssetEvent::Modified { id } if restart.known.note_change(*id, &assets) => {
-                changed.push(*id);
+            AssetEvent::Modified { id } => {
+                let is_same = |mesh| restart.known.has_levels_of(*id, mesh);
+                if meshes.get(*id).is_some_and(is_same) {
+                    sources.note_reloaded(*id);
+                } else if restart.known.note_change(*id, &assets) {
+                    changed.push(*id);
+                }
             }
             // The last handle was dropped, or a program has removed the mesh from `Assets<Mesh>`.
             AssetEvent::Removed { id } => {

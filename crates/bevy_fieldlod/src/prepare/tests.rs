@@ -1,11 +1,13 @@
 //! Hierarchies with moved vertices on the Bevy meshes that they were baked from.
 
+use bevy::asset::AssetId;
 use bevy::gltf::GltfAssetLabel;
 use bevy::math::{Vec2, Vec3, Vec4};
 use bevy::mesh::morph::MorphAttributes;
 use bevy::mesh::{Mesh, MeshVertexAttribute, VertexAttributeValues, VertexFormat};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash, Unit, fixtures};
 
+use super::contents::MeshContents;
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
 use crate::scene::unit_mesh::{UnitMeshes, source_indices, source_mesh, unit_mesh};
@@ -182,6 +184,30 @@ fn hash_includes_joints_and_morph_targets() {
     for other in [other_weight, other_target] {
         assert!(matches!(find(&other, &file), Err(LodError::Stale { .. })));
     }
+}
+
+#[test]
+fn contents_include_everything_that_levels_have() {
+    let mesh = with_rig(with_wind(source_of(&pyramid())));
+    let id = AssetId::default();
+    let mut contents = MeshContents::default();
+    assert!(!contents.are_same(id, &mesh));
+    contents.note(id, &mesh);
+    assert!(contents.are_same(id, &mesh.clone()));
+    let mut other_wind = mesh.clone();
+    let wind = vec![0.0f32; mesh.count_vertices()];
+    other_wind.insert_attribute(WIND, wind);
+    let mut other_target = mesh.morph_targets().unwrap().clone();
+    other_target[7].normal.y += 0.1;
+    let other_target = mesh.clone().with_morph_targets(other_target);
+    let mut no_indices = mesh.clone();
+    no_indices.remove_indices();
+    let moved = mesh.clone().translated_by(Vec3::X);
+    for other in [other_wind, other_target, no_indices, moved] {
+        assert!(!contents.are_same(id, &other));
+    }
+    contents.remove(id);
+    assert!(!contents.are_same(id, &mesh));
 }
 
 #[test]

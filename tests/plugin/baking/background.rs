@@ -56,8 +56,9 @@ fn changing_mesh_draws_its_source() {
     assert!(level(&mut app, water, camera) > Some(0));
     let wave = |app: &mut App| {
         let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
-        let mut water = meshes.get_mut(&source).unwrap();
-        *water = water.clone().scaled_by(Vec3::new(1.0, 0.999, 1.0));
+        let water = meshes.get(&source).unwrap().clone();
+        let lower = water.scaled_by(Vec3::new(1.0, 0.999, 1.0));
+        meshes.insert(&source, lower).unwrap();
         app.update();
     };
     wave(&mut app);

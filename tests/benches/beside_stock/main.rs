@@ -23,10 +23,6 @@ use scene::{Measured, SCENES};
 /// Environment variable of a measuring process: its [`Case`].
 const CASE: &str = "FIELDLOD_BESIDE_STOCK";
 
-/// Size from which on blocks return to the system once they are freed: glibc's limit at the start. It raises the limit at
-/// run time, and resident memory would also have what was freed after decoding.
-const FREED_FROM_BYTES: &str = "131072";
-
 /// What draws the pictures.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 enum By {
@@ -134,9 +130,6 @@ fn unpacked(input: &str, folder: &Path) -> Vec<String> {
 fn run(case: &Case) -> Vec<Measured> {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command.env(CASE, serde_json::to_string(case).unwrap());
-    for limit in ["MALLOC_MMAP_THRESHOLD_", "MALLOC_TRIM_THRESHOLD_"] {
-        command.env(limit, FREED_FROM_BYTES);
-    }
     let output = command.stderr(Stdio::inherit()).output().unwrap();
     assert!(output.status.success());
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -113,6 +113,30 @@ fn equal_mesh_keeps_its_levels() {
     assert_eq!(level(&mut app, rock, camera), None);
 }
 
+/// The new request reads the changed mesh before Bevy reports the change.
+#[test]
+fn new_request_does_not_hide_a_change() {
+    let mut app = app();
+    let camera = spawn_camera(&mut app, 300.0);
+    let source = add(&mut app, rock(4, 1));
+    let spawn = |app: &mut App, kind| {
+        let bundle = (Mesh3d(source.clone()), AutoLod::of_kind(kind));
+        app.world_mut().spawn(bundle).id()
+    };
+    let rock = spawn(&mut app, LodKind::WholeMesh);
+    ready(&mut app, 1);
+    assert!(level(&mut app, rock, camera) > Some(0));
+    spawn(&mut app, LodKind::Clusters);
+    app.update();
+    let mut meshes = app.world_mut().resource_mut::<Assets<Mesh>>();
+    let moved = meshes.get(&source).unwrap().clone();
+    meshes
+        .insert(&source, moved.translated_by(Vec3::X))
+        .unwrap();
+    (0..3).for_each(|_| app.update());
+    assert_eq!(level(&mut app, rock, camera), None);
+}
+
 #[test]
 fn largest_mesh_on_screen_is_prepared_first() {
     let mut app = app_without_cache();

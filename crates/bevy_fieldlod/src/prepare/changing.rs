@@ -2,9 +2,17 @@
 //!
 //! Levels of a changing mesh would be stale before they are baked. Its source is drawn, and its levels are prepared
 //! again once it stays unchanged for a while. The time doubles each time that the mesh changes again.
+//!
+//! Bevy loads a glTF file again for each label that a game loads, and replaces its meshes by equal ones. These have not
+//! changed, as the hashes of their contents show.
+
+use std::hash::{BuildHasher, Hash, Hasher};
+use std::mem::discriminant;
 
 use bevy::asset::AssetId;
+use bevy::mesh::{Indices, MeshAccessError};
 use bevy::platform::collections::HashMap;
+use bevy::platform::hash::FixedHasher;
 use bevy::prelude::*;
 
 use crate::api::events::asset_name;
@@ -23,6 +31,8 @@ const MANY_CHANGES: u32 = 30;
 #[derive(Default)]
 pub(crate) struct ChangingMeshes {
     meshes: HashMap<AssetId<Mesh>, ChangingMesh>,
+    /// The hash of each mesh at its first preparation since its last change.
+    contents: HashMap<AssetId<Mesh>, u64>,
     frame: u32,
 }
 
@@ -64,9 +74,24 @@ impl ChangingMeshes {
         }
     }
 
+    /// Records what a mesh contains.
+    pub(super) fn note_contents(&mut self, id: AssetId<Mesh>, mesh: &Mesh) {
+        match hash_of(mesh) {
+            Ok(hash) => self.contents.insert(id, hash),
+            Err(_) => self.contents.remove(&id),
+        };
+    }
+
+    /// Whether `mesh` is as it was recorded.
+    pub(super) fn has_contents(&self, id: AssetId<Mesh>, mesh: &Mesh) -> bool {
+        let noted = self.contents.get(&id);
+        noted.is_some_and(|noted| hash_of(mesh).is_ok_and(|hash| hash == *noted))
+    }
+
     /// Drops the data of a removed mesh.
     pub(super) fn remove(&mut self, mesh: AssetId<Mesh>) {
         self.meshes.remove(&mesh);
+        self.contents.remove(&mesh);
     }
 
     /// Whether a mesh has changed and has not yet stayed unchanged for long enough.
@@ -91,4 +116,30 @@ impl ChangingMeshes {
         }
         stable
     }
+}
+
+/// The hash of everything that levels depend on. It is the same only within one run of a program.
+fn hash_of(mesh: &Mesh) -> Result<u64, MeshAccessError> {
+    let hasher = &mut FixedHasher.build_hasher();
+    mesh.asset_usage.bits().hash(hasher);
+    mesh.primitive_topology().hash(hasher);
+    for (attribute, values) in mesh.try_attributes()? {
+        attribute.id.hash(hasher);
+        discriminant(values).hash(hasher);
+        values.get_bytes().hash(hasher);
+    }
+    match mesh.try_indices_option()? {
+        Some(Indices::U16(indices)) => indices.hash(hasher),
+        Some(Indices::U32(indices)) => indices.hash(hasher),
+        None => {}
+    }
+    if mesh.try_has_morph_targets()? {
+        for at in mesh.try_morph_targets()? {
+            let deltas = [at.position, at.normal, at.tangent];
+            deltas
+                .map(|delta| delta.to_array().map(f32::to_bits))
+                .hash(hasher);
+        }
+    }
+    Ok(hasher.finish())
 }

@@ -14,7 +14,6 @@ use fieldlod_bake::BakeConfig;
 #[cfg(feature = "bake")]
 use super::bake::{AllTogether, BakeJob, Candidates, Materials, RiggedBake, RiggedFiles, Surfaces};
 use super::changing::ChangingMeshes;
-use super::contents::MeshContents;
 use super::in_preparation::InPreparation;
 use super::job::{LevelSource, PrepareJob, PreparedMesh, prepare};
 use super::measure::measuring::Measuring;
@@ -51,7 +50,6 @@ pub(crate) struct LodMeshes {
     pub(super) in_preparation: InPreparation,
     pub(super) measuring: Measuring,
     changing: ChangingMeshes,
-    contents: MeshContents,
     /// Requests that could not be started in this frame. Other entities with the same request do not retry them.
     not_started: HashMap<AssetId<Mesh>, Vec<AutoLod>>,
     #[cfg(feature = "bake")]
@@ -127,7 +125,6 @@ impl LodMeshes {
         self.providers.remove(&mesh);
         self.rigged.remove(&mesh);
         self.changing.remove(mesh);
-        self.contents.remove(mesh);
         #[cfg(feature = "bake")]
         self.together.remove_source(mesh);
     }
@@ -172,14 +169,13 @@ impl LodMeshes {
         self.entries.keys().copied().filter(is_ready).collect()
     }
 
-    /// Whether levels were prepared for a mesh as it is now.
-    pub(super) fn has_levels_of(&self, id: AssetId<Mesh>, mesh: &Mesh) -> bool {
-        // Another preparation may succeed.
-        let is_failed =
-            |(_, entry): &(AutoLod, LodMeshEntry)| matches!(entry, LodMeshEntry::Plain(Some(_)));
-        let entries = self.entries.get(&id);
-        entries.is_some_and(|entries| !entries.iter().any(is_failed))
-            && self.contents.are_same(id, mesh)
+    /// Whether the entries of a mesh are for `mesh` as it is now. Failed ones are not, since another preparation may
+    /// succeed.
+    pub(super) fn is_up_to_date(&self, id: AssetId<Mesh>, mesh: &Mesh) -> bool {
+        let mut entries = self.entries.get(&id).into_iter().flatten();
+        self.has_entries(id)
+            && !entries.any(|(_, entry)| matches!(entry, LodMeshEntry::Plain(Some(_))))
+            && self.changing.has_contents(id, mesh)
     }
 
     /// Records that a program has changed a mesh, and returns whether the mesh had entries.
@@ -379,7 +375,12 @@ impl LodMeshLookup<'_> {
                 return;
             }
         };
-        let entries = self.known.entries.entry(mesh).or_default();
+        let known = &mut *self.known;
+        let entries = known.entries.entry(mesh).or_default();
+        // The mesh may have changed since its first entry, before the change is reported.
+        if let Some(source) = self.meshes.get(mesh).filter(|_| entries.is_empty()) {
+            known.changing.note_contents(mesh, source);
+        }
         entries.push((request, entry));
     }
 
@@ -419,7 +420,6 @@ impl LodMeshLookup<'_> {
             None => {
                 let sources = self.sources(mesh, request, kind, material_of)?;
                 let source = self.meshes.get(mesh).ok_or(NotStarted::NotYet)?.clone();
-                self.known.contents.note(mesh, &source);
                 let kind = match (request.kind, kind) {
                     (LodKind::Auto, LodKind::Clusters) => LodKind::Auto,
                     (_, kind) => kind,

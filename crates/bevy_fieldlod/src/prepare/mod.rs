@@ -7,7 +7,6 @@
 mod bake;
 mod changing;
 mod collect;
-mod contents;
 mod in_preparation;
 mod job;
 mod lookup;

@@ -84,7 +84,7 @@ fn restart_changed_meshes(
     for event in events.read() {
         match event {
             AssetEvent::Modified { id } => {
-                let is_same = |mesh| restart.known.has_levels_of(*id, mesh);
+                let is_same = |mesh| restart.known.is_up_to_date(*id, mesh);
                 if meshes.get(*id).is_some_and(is_same) {
                     sources.note_reloaded(*id);
                 } else if restart.known.note_change(*id, &assets) {

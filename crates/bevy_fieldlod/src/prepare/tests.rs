@@ -7,7 +7,7 @@ use bevy::mesh::morph::MorphAttributes;
 use bevy::mesh::{Mesh, MeshVertexAttribute, VertexAttributeValues, VertexFormat};
 use fieldlod_hierarchy::{BakedFile, BakedPrimitive, Hierarchy, SourceHash, Unit, fixtures};
 
-use super::contents::MeshContents;
+use super::changing::ChangingMeshes;
 use super::source_arrays::{SourceArrays, place_in_gltf};
 use crate::api::events::LodError;
 use crate::scene::unit_mesh::{UnitMeshes, source_indices, source_mesh, unit_mesh};
@@ -190,10 +190,10 @@ fn hash_includes_joints_and_morph_targets() {
 fn contents_include_everything_that_levels_have() {
     let mesh = with_rig(with_wind(source_of(&pyramid())));
     let id = AssetId::default();
-    let mut contents = MeshContents::default();
-    assert!(!contents.are_same(id, &mesh));
-    contents.note(id, &mesh);
-    assert!(contents.are_same(id, &mesh.clone()));
+    let mut meshes = ChangingMeshes::default();
+    assert!(!meshes.has_contents(id, &mesh));
+    meshes.note_contents(id, &mesh);
+    assert!(meshes.has_contents(id, &mesh.clone()));
     let mut other_wind = mesh.clone();
     let wind = vec![0.0f32; mesh.count_vertices()];
     other_wind.insert_attribute(WIND, wind);
@@ -204,10 +204,10 @@ fn contents_include_everything_that_levels_have() {
     no_indices.remove_indices();
     let moved = mesh.clone().translated_by(Vec3::X);
     for other in [other_wind, other_target, no_indices, moved] {
-        assert!(!contents.are_same(id, &other));
+        assert!(!meshes.has_contents(id, &other));
     }
-    contents.remove(id);
-    assert!(!contents.are_same(id, &mesh));
+    meshes.remove(id);
+    assert!(!meshes.has_contents(id, &mesh));
 }
 
 #[test]

@@ -109,18 +109,21 @@ impl<'a> Decision<'a> {
     /// all coarser groups are refined with it.
     pub(crate) fn level(&self, table: &GroupTable, was: usize) -> usize {
         let (refined, terminal) = (table.refined_at_level(was), table.terminal[0]);
-        let blocks = 0..table.group_count.div_ceil(LANES);
-        let first = |block| {
-            let own = self.decide_block(table, block, block_bits(refined, block));
-            let own = own | block_bits(terminal, block);
-            (own != 0).then(|| block * LANES + own.trailing_zeros() as usize)
-        };
         let coarsest = table.group_count - 1;
-        let found = with_avx2(
+        with_avx2(
             #[inline(always)]
-            || blocks.into_iter().find_map(first),
-        );
-        found.unwrap_or(coarsest)
+            || {
+                // Adaptors such as `find_map` would be functions of their own, without AVX2.
+                for block in 0..table.group_count.div_ceil(LANES) {
+                    let own = self.decide_block(table, block, block_bits(refined, block));
+                    let own = own | block_bits(terminal, block);
+                    if own != 0 {
+                        return block * LANES + own.trailing_zeros() as usize;
+                    }
+                }
+                coarsest
+            },
+        )
     }
 
     fn bounds_test(&self, table: &GroupTable, may_leave: bool) -> &BoundsTest {

@@ -45,7 +45,7 @@ fn setup(
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<WindMaterial>>,
 ) {
-    let mesh = Mesh3d(meshes.add(bush()));
+    let mesh = Mesh3d(meshes.add(bush(200)));
     let base = StandardMaterial {
         double_sided: true,
         cull_mode: None,

@@ -26,7 +26,10 @@ pub(crate) fn write(folder: &Path) -> Result {
     }
     for (name, mesh, first, color) in [
         (PROPS[0], rock(11), 0, [0.5, 0.45, 0.4]),
-        (PROPS[1], bush(), 1, [0.15, 0.35, 0.1]),
+        ("rocks_1", rock(5), 0, [0.5, 0.45, 0.4]),
+        ("rocks_2", rock(2), 0, [0.5, 0.45, 0.4]),
+        (PROPS[1], bush(200), 1, [0.15, 0.35, 0.1]),
+        ("bushes_1", bush(50), 1, [0.15, 0.35, 0.1]),
     ] {
         let places: Vec<Vec3> = (0..PLACES).map(|index| place(2 * index + first)).collect();
         write_gltf(&file(name), &mesh, &places, color)?;

@@ -28,10 +28,10 @@ fn add_game(app: &mut App, options: Options) {
     app.add_plugins(lods::plugin);
 }
 
-/// Starts the game on the page. `copies` is the number of copies of the props, for measurements.
+/// Starts the game on the page, with the fields of [`Options`].
 #[cfg(target_arch = "wasm32")]
 #[wasm_bindgen::prelude::wasm_bindgen]
-pub fn start(copies: u32, is_still: bool) {
+pub fn start(copies: u32, is_still: bool, has_ranges: bool) {
     let mut app = App::new();
     app.add_plugins(
         DefaultPlugins
@@ -49,7 +49,12 @@ pub fn start(copies: u32, is_still: bool) {
                 ..default()
             }),
     );
-    add_game(&mut app, Options { copies, is_still });
+    let options = Options {
+        copies,
+        is_still,
+        has_ranges,
+    };
+    add_game(&mut app, options);
     app.run();
 }
 
@@ -66,9 +71,12 @@ fn main() -> Result {
         ["still", folder, ..] => {
             let mut app = App::new();
             app.add_plugins(common::plugins_with_assets_in(folder.into()));
-            let copies = 1;
-            let is_still = true;
-            add_game(&mut app, Options { copies, is_still });
+            let options = Options {
+                copies: 1,
+                is_still: true,
+                has_ranges: false,
+            };
+            add_game(&mut app, options);
             app.add_systems(Last, controls::print_numbers);
             app.run();
             Ok(())

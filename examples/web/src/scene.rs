@@ -1,9 +1,11 @@
 //! The scene, its lights and its cameras.
 
+use bevy::camera::visibility::VisibilityRange;
 use bevy::camera::{ScalingMode, Viewport};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
+use bevy::world_serialization::WorldInstanceReady;
 
 use crate::controls::CONTROLS;
 
@@ -13,6 +15,14 @@ pub(crate) const SIDE_IN_M: f32 = 160.0;
 pub(crate) const GROUND: [&str; 4] = ["ground_0", "ground_1", "ground_2", "ground_3"];
 /// The glTF files of props: a scene of each has all places of one prop.
 pub(crate) const PROPS: [&str; 2] = ["rocks", "bushes"];
+/// The glTF files of hand-made levels of the props, and where they are drawn, in metres.
+const RANGES: [(&str, [f32; 2]); 5] = [
+    (PROPS[0], [0.0, 15.0]),
+    ("rocks_1", [15.0, 40.0]),
+    ("rocks_2", [40.0, f32::INFINITY]),
+    (PROPS[1], [0.0, 15.0]),
+    ("bushes_1", [15.0, f32::INFINITY]),
+];
 const DANCERS: u8 = 5;
 
 /// What the page asks for.
@@ -22,6 +32,8 @@ pub(crate) struct Options {
     pub(crate) copies: u32,
     /// Whether nothing moves, so that pictures can be compared.
     pub(crate) is_still: bool,
+    /// Whether props have hand-made levels, for measurements without the plugin.
+    pub(crate) has_ranges: bool,
 }
 
 /// The camera that the player orbits.
@@ -45,11 +57,19 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>, options: Res<Options>
     for name in GROUND {
         commands.spawn(scene(name));
     }
-    for name in PROPS {
+    let mut props = Vec::from(PROPS.map(|name| (name, None)));
+    if options.has_ranges {
+        props = Vec::from(RANGES.map(|(name, range)| (name, Some(range))));
+    }
+    for (name, range) in props {
         for copy in 0..options.copies {
             let place = Vec3::new((copy % 8) as f32, 0.0, (copy / 8) as f32) * -SIDE_IN_M;
             let place = Transform::from_translation(place);
-            commands.spawn((scene(name), place));
+            let mut prop = commands.spawn((scene(name), place));
+            if let Some([from, to]) = range {
+                prop.insert(VisibilityRange::abrupt(from, to));
+                prop.observe(inherit_range);
+            }
         }
     }
     for index in 0..DANCERS {
@@ -89,6 +109,24 @@ fn setup(mut commands: Commands, assets: Res<AssetServer>, options: Res<Options>
         Transform::from_xyz(0.0, 50.0, 0.0).looking_at(Vec3::ZERO, Vec3::NEG_Z),
         Minimap,
     ));
+}
+
+/// Meshes of a scene are drawn in the range of its root.
+fn inherit_range(
+    scene: On<WorldInstanceReady>,
+    mut commands: Commands,
+    ranges: Query<&VisibilityRange>,
+    children: Query<&Children>,
+    meshes: Query<(), With<Mesh3d>>,
+) -> Result {
+    let range = ranges.get(scene.entity)?;
+    let meshes = children
+        .iter_descendants(scene.entity)
+        .filter(|child| meshes.contains(*child));
+    for mesh in meshes {
+        commands.entity(mesh).insert(range.clone());
+    }
+    Ok(())
 }
 
 /// The minimap is in the upper right corner.

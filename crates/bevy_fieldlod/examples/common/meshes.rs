@@ -70,12 +70,17 @@ pub(crate) fn hills(size: f32, subdivisions: u32, frequencies: &[f32]) -> Mesh {
     mesh
 }
 
-/// Two hundred leaves above a small ball: many loose pieces, as plants have.
-pub(crate) fn bush() -> Mesh {
-    let leaf = Plane3d::default().mesh().size(0.12, 0.3).subdivisions(1);
+/// Leaves above a small ball: many loose pieces, as plants have. At most 200, with the same area for any number.
+pub(crate) fn bush(leaves: u8) -> Mesh {
+    let spread = 200.0 / f32::from(leaves);
+    let leaf = Vec2::new(0.12, 0.3) * spread.sqrt();
+    let leaf = Plane3d::default()
+        .mesh()
+        .size(leaf.x, leaf.y)
+        .subdivisions(1);
     let mut bush = Sphere::new(0.1).mesh().build();
-    for index in 0..200u8 {
-        let index = f32::from(index);
+    for index in 0..leaves {
+        let index = spread * f32::from(index);
         let turn = Quat::from_rotation_y(2.4 * index) * Quat::from_rotation_x(0.014 * index);
         let place = Transform::from_translation(Vec3::Y + turn * Vec3::new(0.0, 0.2, 0.6));
         let leaf = leaf.build().transformed_by(place.with_rotation(turn));

@@ -34,13 +34,13 @@ const ALLOWED: [f32; SIZES] = [1.25; SIZES];
 /// of twice the threshold are blotchy at 12 px, with an error of 1.24. At 24 px trees have half of their triangles, and
 /// errors are equal; with 2.6 from 8 to 32 px they have 0.38, an error of 1.02, but one of 1.08 at 12 px.
 const ALLOWED_FOR_PLANTS: [f32; SIZES] = [1.25, 1.25, 1.875, 3.75, 7.5];
-/// Largest relative spread of the covered area over the directions: a standard deviation. Few large leaves cover more from
-/// one side than from another. Next to levels of a crown with a spread of 0.006, 0.024 and 0.06, the area seen from one
-/// side changes by 1, 2 and 6 %. Without a limit, trees have a tenth and a quarter of the triangles at radii of 3 and 6
-/// px, and equal errors from the truth.
+/// Largest spread of the covered area over the directions, a standard deviation relative to the area. Few large leaves
+/// cover more from one side than from another. Next to levels of a crown with a spread of 0.006, 0.024 and 0.06, the area
+/// seen from one side changes by 1, 2 and 6 %.
 const MAX_AREA_SPREAD: f32 = 0.022;
-/// Radius from which on the spread of the area counts: a crown covers some 30 pixels then, and 6 % are two of them.
-const AREA_SEEN_FROM_PX: f32 = 3.0;
+/// A spread of so many pixels is allowed, too: 6 % of a crown at a radius of 3 px. With 3 pixels, trees have four fifths of
+/// the triangles at 3 and 6 px, and a larger error from the truth than their source at 3 px.
+const MAX_AREA_SPREAD_PX: f32 = 2.0;
 /// Lower limit for the detail of a picture, from 0 to 1. Differences are divided by the detail, and pictures of a
 /// uniform colour have almost none.
 const MIN_DETAIL: f32 = 0.002;
@@ -129,6 +129,8 @@ struct Look {
     /// Standard deviation over all directions of the covered area as a share of the source's, relative to the mean. The
     /// mean says little: if the opacity of leaves is unknown, these pictures show them opaque.
     area_spread: f32,
+    /// Mean covered area of the source in the largest pictures.
+    area_px: f32,
 }
 
 impl Look {
@@ -138,8 +140,10 @@ impl Look {
         if self.area_spread <= MAX_AREA_SPREAD {
             return radius;
         }
+        let spread_px = self.area_spread * self.area_px;
+        let steady_until_px = LARGEST_PX * (MAX_AREA_SPREAD_PX / spread_px).sqrt();
         let least = largest_good_radius(&self.differences, &ALLOWED);
-        radius.min(AREA_SEEN_FROM_PX).max(least)
+        radius.min(steady_until_px).max(least)
     }
 }
 
@@ -208,6 +212,8 @@ fn looks_of(hierarchy: &Hierarchy, cuts: &[WholeMeshCut], surfaces: &Surfaces) -
         let detail = mean(0, size).max(MIN_DETAIL * MIN_DETAIL);
         (mean(level, size) / detail).sqrt()
     };
+    let area_px = |levels: &Vec<[Squares; SIZES]>| levels[0][0].covered_by[0];
+    let area_px = by_view.iter().map(area_px).sum::<f32>() / DIRECTIONS as f32;
     let area_spread = |level: usize| {
         let of_view = by_view.iter().map(|levels| {
             let [source, level] = levels[level][0].covered_by;
@@ -220,6 +226,7 @@ fn looks_of(hierarchy: &Hierarchy, cuts: &[WholeMeshCut], surfaces: &Surfaces) -
     let of_level = |level: usize| Look {
         differences: std::array::from_fn(|size| relative(level, size)),
         area_spread: area_spread(level),
+        area_px,
     };
     (1..=levels.len()).map(of_level).collect()
 }

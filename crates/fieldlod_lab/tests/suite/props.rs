@@ -6,7 +6,8 @@ use fieldlod_lab::props::{self, LevelResult, Prop, PropResult, RADII_PX};
 use crate::common::renderer;
 
 /// While the camera approaches a prop, a change of level changes FLIP by a factor of at most 1.6. It changes the covered
-/// area by at most 2 % of that of the source. Changes to full detail are left out, because its FLIP is 0.
+/// area by at most 2 % of that of the source, or by four pixels: two standard deviations that the bake allows. Changes to
+/// full detail are left out, because its FLIP is 0.
 #[test]
 fn changes_of_level_on_approach_are_small() {
     let Some((renderer, _lock)) = renderer() else {
@@ -24,16 +25,16 @@ fn changes_of_level_on_approach_are_small() {
         .map(|radius_px| {
             let eye = props::eye(&prop.sphere, props::direction(3, 8), radius_px);
             let units = prop.selected(&eye);
-            (eye, units)
+            (eye, units, radius_px)
         });
     let frames: Vec<_> = frames.collect();
     let mut changes = 0;
     for pair in frames.windows(2) {
-        let [before, after] = [&pair[0], &pair[1]].map(|(_, units)| prop.triangles(units));
+        let [before, after] = [&pair[0], &pair[1]].map(|(_, units, _)| prop.triangles(units));
         if before == after {
             continue;
         }
-        let [a, b] = [&pair[0], &pair[1]].map(|(eye, units)| {
+        let [a, b] = [&pair[0], &pair[1]].map(|(eye, units, _)| {
             let draw = |units: &[Vec<u32>]| prop.draw(&renderer, eye, units).unwrap();
             props::look_of(&draw(&prop.source()), &draw(units))
         });
@@ -41,7 +42,11 @@ fn changes_of_level_on_approach_are_small() {
             let (ratio, step) = (a.flip / b.flip, b.covered - a.covered);
             let is_small = (1.0 / 1.6..=1.6).contains(&ratio);
             assert!(is_small, "{before} {after}: {ratio}");
-            assert!(step.abs() <= 0.02, "{before} {after}: {step}");
+            // A crown covers less than its sphere.
+            let disc_px = std::f32::consts::PI * pair[1].2 * pair[1].2;
+            let step_px = step * f64::from(disc_px);
+            let is_small = step.abs() <= 0.02 || step_px.abs() <= 4.0;
+            assert!(is_small, "{before} {after}: {step} {step_px}");
             changes += 1;
         }
     }

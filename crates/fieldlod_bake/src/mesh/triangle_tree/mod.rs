@@ -3,7 +3,7 @@
 pub(crate) mod triangle;
 mod triangles_4;
 
-use std::{fmt, mem};
+use std::fmt;
 
 use glam::Vec3;
 use obvhs::aabb::Aabb;
@@ -11,7 +11,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 use crate::mesh::adapter;
-use crate::mesh::triangle_tree::triangles_4::{Boxes4, OrientedBoxes4, Triangles4};
+use crate::mesh::triangle_tree::triangles_4::{Boxes4, Triangles4};
 
 /// Triangles in a bounding volume hierarchy, for nearest-triangle queries.
 ///
@@ -26,15 +26,7 @@ use crate::mesh::triangle_tree::triangles_4::{Boxes4, OrientedBoxes4, Triangles4
 pub struct TriangleTree {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
-    /// Thinner boxes of each node of a tree of needles; otherwise empty. Axis-aligned boxes of needles with a common
-    /// tip overlap, so a search would visit most of them.
-    oriented: Vec<OrientedBoxes4>,
 }
-
-/// A tree has oriented boxes if half the surface of its leaf boxes is more than this times the area of its triangles.
-/// Scans and props have 3 to 17 times, a disc of 5,000 needles 72 times, and one of 20,000 up to 509 times. Without
-/// oriented boxes, the bake of a disc takes 1.7 times as long with 20,000 needles and 1.9 times with 50,000.
-const NEEDLES_ABOVE: f32 = 64.0;
 
 /// Up to four bounding boxes and their children: nodes, or leaves if [`IS_LEAF`] is set.
 struct Node {
@@ -93,54 +85,15 @@ impl TriangleTree {
             .chunks(4)
             .map(|ids| aabb_of(ids.iter().flat_map(|&id| given[id as usize])))
             .collect();
-        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length() * 0.5;
-        let of_triangles: f32 = order.iter().map(|&id| area(given[id as usize])).sum();
-        let of_boxes: f32 = boxes.iter().map(Aabb::half_area).sum();
-        let mut tree = Self {
+        Self {
             nodes: nodes_over(&boxes),
             leaves,
-            oriented: Vec::new(),
-        };
-        if of_boxes > of_triangles * NEEDLES_ABOVE {
-            tree.oriented = tree.oriented_boxes();
         }
-        tree
-    }
-
-    fn oriented_boxes(&self) -> Vec<OrientedBoxes4> {
-        // Children follow their parent.
-        let mut points = vec![Vec::new(); self.nodes.len()];
-        let mut boxes = Vec::with_capacity(self.nodes.len());
-        for (index, node) in self.nodes.iter().enumerate().rev() {
-            let inside = &node.inside[..node.boxes.count()];
-            let of_inside = inside.iter().map(|&inside| match inside & IS_LEAF {
-                0 => mem::take(&mut points[inside as usize]),
-                _ => {
-                    let leaf = &self.leaves[(inside & !IS_LEAF) as usize];
-                    (0..4).flat_map(|k| leaf.triangles.corners(k)).collect()
-                }
-            });
-            let of_inside: Vec<Vec<Vec3>> = of_inside.collect();
-            boxes.push(OrientedBoxes4::around(&of_inside));
-            points[index] = of_inside.concat();
-        }
-        boxes.reverse();
-        boxes
-    }
-
-    /// Lower bounds of the squared distances to the children of a node; infinite for empty slots.
-    #[inline]
-    fn distances_inside(&self, node: u32, point: Vec3) -> [f32; 4] {
-        let distances = self.nodes[node as usize].boxes.distances_squared(point);
-        let oriented = self.oriented.get(node as usize);
-        let thinner = |oriented: &OrientedBoxes4| distances.max(oriented.distances_squared(point));
-        oriented.map_or(distances, thinner).to_array()
     }
 
     /// Moves the triangles to new `corners`, which a function returns by index. The tree keeps its structure, so
     /// searches get slower the more the triangles have moved relative to each other.
     pub(crate) fn refit(&mut self, corners: impl Fn(u32) -> [Vec3; 3]) {
-        self.oriented.clear();
         for leaf in &mut self.leaves {
             leaf.triangles = Triangles4::of(leaf.ids.map(&corners));
         }
@@ -215,9 +168,9 @@ impl TriangleTree {
                 }
                 continue;
             }
-            let distances = self.distances_inside(inside, point);
-            let children = self.nodes[inside as usize].inside;
-            push_nearest_last(&mut pending, distances, children, best.distance_squared);
+            let Node { boxes, inside } = &self.nodes[inside as usize];
+            let distances = boxes.distances_squared(point).to_array();
+            push_nearest_last(&mut pending, distances, *inside, best.distance_squared);
         }
         Some(best)
     }
@@ -257,8 +210,11 @@ impl TriangleTree {
         let mut pending: Vec<u32> = vec![0; usize::from(!self.leaves.is_empty())];
         while let Some(inside) = pending.pop() {
             if inside & IS_LEAF == 0 {
-                let distances = self.distances_inside(inside, point);
-                let children = self.nodes[inside as usize].inside;
+                let Node {
+                    boxes,
+                    inside: children,
+                } = &self.nodes[inside as usize];
+                let distances = boxes.distances_squared(point);
                 // Empty slots have infinite distances.
                 let near = (0..4).filter(|&k| distances[k] <= enough.min(f32::MAX));
                 pending.extend(near.map(|k| children[k]));

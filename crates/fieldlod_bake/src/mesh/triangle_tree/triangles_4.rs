@@ -1,7 +1,5 @@
 //! SIMD distances to four triangles or four boxes, with one vector per coordinate.
 
-use std::array;
-
 use glam::{Vec3, Vec4};
 
 /// Four vectors.
@@ -152,77 +150,11 @@ impl Boxes4 {
     /// Squared distances from a point; 0 inside.
     #[inline]
     pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {
-        self.distances_squared_to(Vec3x4::splat(point))
-    }
-
-    /// Squared distance of each box from its own point; 0 inside.
-    #[inline(always)]
-    fn distances_squared_to(&self, points: Vec3x4) -> Vec4 {
+        let points = Vec3x4::splat(point);
         let outside = |min: Vec4, max: Vec4, p: Vec4| (min - p).max(p - max).max(Vec4::ZERO);
         let x = outside(self.min.x, self.max.x, points.x);
         let y = outside(self.min.y, self.max.y, points.y);
         let z = outside(self.min.z, self.max.z, points.z);
         x * x + y * y + z * z
     }
-}
-
-/// Share of the largest coordinate by which oriented boxes are widened: several rounding errors of a projection onto an
-/// axis.
-const WIDENED: f32 = 2e-6;
-
-/// Up to four boxes, each with axes of its own.
-pub(crate) struct OrientedBoxes4 {
-    axes: [Vec3x4; 3],
-    boxes: Boxes4,
-}
-
-impl OrientedBoxes4 {
-    /// Boxes around up to four sets of points. Empty slots are at infinite distance.
-    pub(crate) fn around(sets: &[Vec<Vec3>]) -> Self {
-        let axes: [[Vec3; 3]; 4] =
-            array::from_fn(|k| sets.get(k).map(|set| axes_of(set)).unwrap_or_default());
-        let boxes = sets.iter().zip(&axes).map(|(points, axes)| {
-            let (mut min, mut max, mut largest) = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0f32);
-            for point in points {
-                let along = Vec3::from(axes.map(|axis| axis.dot(*point)));
-                (min, max) = (min.min(along), max.max(along));
-                largest = largest.max(point.abs().max_element());
-            }
-            [min - largest * WIDENED, max + largest * WIDENED]
-        });
-        Self {
-            boxes: Boxes4::of(boxes),
-            axes: array::from_fn(|axis| Vec3x4::of(axes.map(|axes| axes[axis]))),
-        }
-    }
-
-    /// Squared distances from a point; 0 inside.
-    #[inline]
-    pub(crate) fn distances_squared(&self, point: Vec3) -> Vec4 {
-        let point = Vec3x4::splat(point);
-        let [x, y, z] = self.axes.map(|axis| axis.dot(point));
-        self.boxes.distances_squared_to(Vec3x4 { x, y, z })
-    }
-}
-
-/// Three perpendicular unit vectors. The first is along the longest extent of the points. The second is the normal of
-/// the plane of both ends and the point farthest from the extent. The third is within the plane.
-fn axes_of(points: &[Vec3]) -> [Vec3; 3] {
-    let farthest = |distance: &dyn Fn(Vec3) -> f32| {
-        let farther = |a: &Vec3, b: &Vec3| distance(*a).total_cmp(&distance(*b));
-        points.iter().copied().max_by(farther).unwrap_or_default()
-    };
-    let from = farthest(&|p| p.distance_squared(points[0]));
-    let to = farthest(&|p| p.distance_squared(from));
-    let along = (to - from).normalize_or(Vec3::X);
-    let beside = farthest(&|p| along.cross(p - from).length_squared());
-    let across = along.cross(beside - from).normalize_or_zero();
-    // For a needle, `across` is noise, and not exactly perpendicular to `along`.
-    let across = (across - along * along.dot(across)).normalize_or_zero();
-    let across = if across.is_normalized() {
-        across
-    } else {
-        along.any_orthonormal_vector()
-    };
-    [along, across, across.cross(along)]
 }

@@ -10,7 +10,7 @@ use rustc_hash::FxHashMap;
 
 use super::character::Character;
 use super::poses::Pose;
-use crate::mesh::triangle_tree::triangle::Triangle;
+use crate::mesh::triangle_tree::triangle::nearest_point;
 use crate::mesh::triangle_tree::{NearestTriangle, TriangleTree};
 
 /// Determines the spacing of samples on all levels: about this many on the source, without corners, but at least one
@@ -76,8 +76,7 @@ impl Surface {
     fn sample_at(&self, triangle: u32, point: Vec3, positions: &[Vec3]) -> Sample {
         let corners = self.triangles[triangle as usize];
         let places = corners.map(|corner| positions[corner as usize]);
-        let place = Triangle::new(places).nearest_point(point.into());
-        let weights = weights_at(place.into(), places);
+        let weights = weights_at(nearest_point(point, places), places);
         Sample { corners, weights }
     }
 

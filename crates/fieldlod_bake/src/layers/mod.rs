@@ -18,7 +18,7 @@ use crate::mesh::components::connected;
 use crate::mesh::surfaces::Surfaces;
 use crate::mesh::topology::Topology;
 use crate::mesh::triangle_tree::TriangleTree;
-use crate::mesh::triangle_tree::triangle::Triangle;
+use crate::mesh::triangle_tree::triangle::nearest_point;
 use crate::plants::aggregate::loose_elements;
 use crate::plants::kits::LooseElements;
 
@@ -190,7 +190,7 @@ impl Cover {
         tree.none_within(middle, reach, |id, corners| {
             let [a, b, c] = corners;
             let facing = (b - a).cross(c - a).normalize_or_zero();
-            let way = middle - Vec3::from(Triangle::new(corners).nearest_point(middle.into()));
+            let way = middle - nearest_point(middle, corners);
             let gap = way.length();
             // Coincident surfaces have no order.
             let is_behind = gap > 0.0

@@ -131,8 +131,8 @@ impl TriangleTree {
         let nearest = self.nearest(point)?;
         let leaf = &self.leaves[nearest.leaf as usize];
         let slot = leaf.ids.iter().position(|&id| id == nearest.triangle)?;
-        let triangle = triangle::Triangle::new(leaf.triangles.corners(slot));
-        Some(triangle.nearest_point(point.into()).into())
+        let corners = leaf.triangles.corners(slot);
+        Some(triangle::nearest_point(point, corners))
     }
 
     /// A triangle with a squared distance of at most `enough` from `point`, or else the nearest triangle. `None` if

@@ -7,6 +7,7 @@ use bevy::pbr::{ExtendedMaterial, MaterialExtension};
 use bevy::prelude::*;
 use bevy::render::render_resource::{AsBindGroup, Extent3d, TextureDimension, TextureFormat};
 use bevy::shader::{Shader, ShaderRef};
+use bevy_fieldlod::prelude::*;
 use fieldlod_bake::fixtures::{cards, cut_out, tree_in_parts};
 use fieldlod_hierarchy::Random;
 
@@ -40,7 +41,8 @@ impl MaterialExtension for Wind {
 
 /// Adds the material and its shader.
 pub(super) fn wind_plugin(app: &mut App) {
-    app.add_plugins(MaterialPlugin::<WindMaterial>::default());
+    app.add_plugins(MaterialPlugin::<WindMaterial>::default())
+        .bake_extended_material::<Wind>();
     let source = include_str!("../../crates/bevy_fieldlod/examples/assets/wind.wgsl");
     let mut shaders = app.world_mut().resource_mut::<Assets<Shader>>();
     let shader = Shader::from_wgsl(source, "wind.wgsl");

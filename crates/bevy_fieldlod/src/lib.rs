@@ -107,6 +107,7 @@ pub use draw::units::LodUnit;
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
+pub use prepare::bake_material::BakeMaterial;
 pub use scene::lod_mesh::LodState;
 pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 

@@ -18,6 +18,7 @@ use crate::api::stats::FieldLodProgress;
 use crate::assets::standalone::AwaitsFile;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
+use crate::prepare::bake_material::MaterialToBake;
 use crate::prepare::track::AutoLodLookup;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 
@@ -70,15 +71,8 @@ impl FailureLog<'_, '_> {
     }
 }
 
-type Material = MeshMaterial3d<StandardMaterial>;
-
 /// A mesh entity that waits for its levels.
-type Waiting = (
-    Entity,
-    &'static Mesh3d,
-    &'static LodWaiting,
-    Option<&'static Material>,
-);
+type Waiting = (Entity, &'static Mesh3d, &'static LodWaiting, MaterialToBake);
 
 /// Orders waiting entities, since their tasks start in this order.
 #[derive(SystemParam)]
@@ -162,7 +156,7 @@ impl Giver<'_, '_> {
 pub(super) fn give_levels_to_objects(
     waiting: Query<Waiting>,
     order: StartOrder,
-    ready: Query<(&Mesh3d, &Material), With<LodObject>>,
+    ready: Query<(&Mesh3d, MaterialToBake), With<LodObject>>,
     mut lookup: LodMeshLookup,
     mut giver: Giver,
 ) {
@@ -186,7 +180,7 @@ pub(super) fn give_levels_to_objects(
     for (entity, mesh, wanted, material) in
         startable.iter().filter_map(|&one| waiting.get(one).ok())
     {
-        let own = material.map(|material| material.id());
+        let own = material.id();
         let material_of = |other: AssetId<Mesh>| {
             if other == mesh.id() {
                 own
@@ -205,12 +199,12 @@ pub(super) fn give_levels_to_objects(
 /// The material of the first entity with each mesh.
 fn first_materials(
     waiting: &Query<Waiting>,
-    ready: &Query<(&Mesh3d, &Material), With<LodObject>>,
+    ready: &Query<(&Mesh3d, MaterialToBake), With<LodObject>>,
 ) -> HashMap<AssetId<Mesh>, AssetId<StandardMaterial>> {
     let waiting = waiting.iter();
-    let waiting = waiting.filter_map(|(_, mesh, _, material)| Some((mesh.id(), material?.id())));
+    let waiting = waiting.filter_map(|(_, mesh, _, material)| Some((mesh.id(), material.id()?)));
     let ready = ready.iter();
-    let ready = ready.map(|(mesh, material)| (mesh.id(), material.id()));
+    let ready = ready.filter_map(|(mesh, material)| Some((mesh.id(), material.id()?)));
     let mut first = HashMap::new();
     for (mesh, material) in waiting.chain(ready) {
         first.entry(mesh).or_insert(material);

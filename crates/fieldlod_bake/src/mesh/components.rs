@@ -30,6 +30,15 @@ impl Component {
         vertices
     }
 
+    /// The sum of the area vectors of the triangles, each twice as long as its area.
+    pub(crate) fn area_vector(&self, positions: &[[f32; 3]]) -> Vec3 {
+        let of_triangle = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(|vertex| Vec3::from(positions[vertex as usize]));
+            (b - a).cross(c - a)
+        };
+        self.triangles.iter().map(of_triangle).sum()
+    }
+
     /// Updates radius, area and centroid.
     pub(crate) fn measure(&mut self, positions: &[[f32; 3]]) {
         let (mut min, mut max) = (Vec3::INFINITY, Vec3::NEG_INFINITY);

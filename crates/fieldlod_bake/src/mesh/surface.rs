@@ -189,6 +189,12 @@ impl Surface {
         self.alpha_threshold > 0.0
     }
 
+    /// Whether a texture cuts the surface out.
+    pub(crate) fn is_cut_out(&self) -> bool {
+        let is_masked = matches!(self.alpha, SurfaceAlpha::Mask { .. });
+        is_masked && self.texture.is_some() && self.is_visible() && !self.is_opaque
+    }
+
     /// Whether alpha affects the surface.
     pub(crate) fn uses_alpha(&self) -> bool {
         self.alpha != SurfaceAlpha::Opaque
@@ -249,6 +255,27 @@ impl Surface {
         };
         let texel = decoded(texture.mips[0].texel_at(uv, &texture.mapping));
         (texel.w >= self.alpha_threshold).then(|| texel.truncate() * self.base_color())
+    }
+
+    /// How opaque the texels around texture coordinates are, up to 4 texels away, from 0 to 1. Nearer texels count more.
+    pub(crate) fn opacity_around(&self, uv: Vec2) -> f32 {
+        let Some(Texture { mips, mapping }) = &self.texture else {
+            return self.opacity_of(1.0);
+        };
+        let place = mapping.transform.transform_point2(uv);
+        let step = mips[0].size.as_vec2().recip();
+        let is_opaque = |offset: Vec2| {
+            decoded(mips[0].texel_at_place(place + offset * step)).w >= self.alpha_threshold
+        };
+        // The squares of 3 × 3 texels at these distances.
+        let (mut opaque, mut all) = (0.0, 0.0);
+        for distance in [1.0f32, 2.0, 4.0] {
+            for offset in (0..9u8).map(|at| Vec2::new(f32::from(at % 3), f32::from(at / 3)) - 1.0) {
+                opaque += f32::from(is_opaque(offset * distance)) / distance;
+                all += distance.recip();
+            }
+        }
+        opaque / all
     }
 
     /// Linear base colour, which multiplies texture and vertex colours.
@@ -316,7 +343,11 @@ impl Mip {
     }
 
     fn texel_at(&self, uv: Vec2, mapping: &TextureMapping) -> [u8; 4] {
-        let place = mapping.transform.transform_point2(uv).fract_gl() * self.size.as_vec2();
+        self.texel_at_place(mapping.transform.transform_point2(uv))
+    }
+
+    fn texel_at_place(&self, place: Vec2) -> [u8; 4] {
+        let place = place.fract_gl() * self.size.as_vec2();
         self.texel(place.as_uvec2().min(self.size - 1))
     }
 }

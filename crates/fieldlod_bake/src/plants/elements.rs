@@ -39,8 +39,8 @@ impl Task<'_> {
     ) -> Vec<Component> {
         let mut left: usize = elements.iter().map(|element| element.triangles.len()).sum();
         let mut curve = Curve::through(&elements);
-        let mut may_flatten = self.closed(&elements);
-        let first = (0..elements.len()).map(|index| Step::of(index, &elements, &may_flatten));
+        let mut flat = self.flattenings(&elements);
+        let first = (0..elements.len()).map(|index| Step::of(index, &elements, &flat));
         // The cheapest step comes first.
         let mut steps: BinaryHeap<Reverse<Step>> = first.map(Reverse).collect();
         while left as f32 > wanted
@@ -49,7 +49,7 @@ impl Task<'_> {
             let index = step.element;
             let is_gone = elements[index].triangles.is_empty();
             // Neighbours that replaced others have new costs. Their older entries in the heap are skipped.
-            if is_gone || step != Step::of(index, &elements, &may_flatten) {
+            if is_gone || step != Step::of(index, &elements, &flat) {
                 continue;
             }
             let before = elements[index].triangles.len();
@@ -58,9 +58,10 @@ impl Task<'_> {
                 let error = simplified.error_in_scaled;
                 simplified.error_in_scaled = error.max(elements[index].radius);
             }
-            let changed = if step.is_flattening {
-                self.flatten(simplified, &mut elements[index]);
-                may_flatten[index] = false;
+            let changed = if step.is_flattening
+                && let Some(flat) = flat[index].take()
+            {
+                self.flatten(simplified, &mut elements[index], flat);
                 index
             } else if let Some(nearest) = curve.nearest(index, &elements) {
                 let pruned = std::mem::take(&mut elements[index]);
@@ -72,24 +73,30 @@ impl Task<'_> {
                 continue;
             };
             left -= before - elements[index].triangles.len();
-            steps.push(Reverse(Step::of(changed, &elements, &may_flatten)));
+            steps.push(Reverse(Step::of(changed, &elements, &flat)));
         }
         elements.retain(|element| !element.triangles.is_empty());
         elements
     }
 
-    /// Returns for each element whether it has no open edge.
-    fn closed(&self, elements: &[Component]) -> Vec<bool> {
+    /// How each element is flattened; `None` if it keeps its shape.
+    fn flattenings(&self, elements: &[Component]) -> Vec<Option<Flat>> {
         let first = |own: u32| self.same_position[own as usize];
         let mut links = Links::of(self.piece.vertices.len());
         links.add(elements.iter().flat_map(Component::corners).map(first));
-        let is_closed =
-            |element: &Component| !element.corners().any(|own| links.is_open(first(own)));
-        elements.iter().map(is_closed).collect()
+        let of_element = |element: &Component| {
+            let is_open = element.corners().any(|own| links.is_open(first(own)));
+            match is_open {
+                // The element may be seen from anywhere, and a closed element stays closed.
+                false => Some(Flat::BothSides),
+                true => self.is_leaf_cut_out(element).then_some(Flat::OneSide),
+            }
+        };
+        elements.iter().map(of_element).collect()
     }
 
-    /// Replaces an element by both sides of the largest triangle between its vertices.
-    fn flatten(&self, simplified: &mut Simplified, element: &mut Component) {
+    /// Replaces an element by the largest triangle between its vertices, with the area of its opaque part.
+    fn flatten(&self, simplified: &mut Simplified, element: &mut Component, flat: Flat) {
         let vertices = element.vertices();
         let step = vertices.len().div_ceil(MOST_CORNERS);
         let corners: Vec<u32> = vertices.into_iter().step_by(step).collect();
@@ -98,11 +105,23 @@ impl Task<'_> {
         };
         let before = element.clone();
         let mean = self.mean_row(&simplified.rows, &before);
-        // Two sides: the element may be seen from anywhere, and a closed element stays closed.
-        element.triangles = vec![[a, b, c], [a, c, b]];
+        let opaque = self.opaque_part(simplified, &before);
+        element.triangles = match flat {
+            Flat::BothSides => vec![[a, b, c], [a, c, b]],
+            Flat::OneSide if opaque.is_none() => return,
+            Flat::OneSide => vec![[a, b, c]],
+        };
+        let front = before.area_vector(&simplified.positions);
+        if front.dot(element.area_vector(&simplified.positions)) < 0.0 {
+            element.triangles = vec![[a, c, b]];
+        }
         element.measure(&simplified.positions);
-        let area = before.area * self.area_gain;
-        self.fit(simplified, element, area, before.centroid, &mean);
+        let (mut area, mut centroid) = (before.area, before.centroid);
+        if let Some(part) = opaque {
+            (area, centroid) = (part.area, part.centroid);
+            self.set_uvs(simplified, [a, b, c], &part.row);
+        }
+        self.fit(simplified, element, area * self.area_gain, centroid, &mean);
     }
 
     /// Grows an element, and mixes its attributes, to replace a pruned element.
@@ -199,6 +218,24 @@ fn largest_triangle(vertices: &[u32], positions: &[[f32; 3]]) -> Option<[u32; 3]
     largest.1
 }
 
+/// What an element becomes when it is flattened.
+#[derive(Clone, Copy)]
+enum Flat {
+    /// Both sides of a triangle.
+    BothSides,
+    /// One triangle.
+    OneSide,
+}
+
+impl Flat {
+    fn triangles(self) -> usize {
+        match self {
+            Self::BothSides => 2,
+            Self::OneSide => 1,
+        }
+    }
+}
+
 /// The next step for an element: flattening or pruning.
 #[derive(Clone, Copy, PartialEq)]
 struct Step {
@@ -211,13 +248,14 @@ struct Step {
 
 impl Step {
     /// The cheaper of both steps.
-    fn of(index: usize, elements: &[Component], may_flatten: &[bool]) -> Self {
+    fn of(index: usize, elements: &[Component], flat: &[Option<Flat>]) -> Self {
         let element = &elements[index];
         let count = element.triangles.len() as f32;
         let pruned = element.visible_px / count;
-        // Two triangles remain after flattening, so it saves two less than pruning.
-        let flattened = FLATTENING_COST * element.visible_px / (count - 2.0);
-        let is_flattening = may_flatten[index] && count > 2.0 && flattened < pruned;
+        // Some triangles remain after flattening, so it saves less than pruning.
+        let saved = flat[index].map_or(0.0, |flat| count - flat.triangles() as f32);
+        let flattened = FLATTENING_COST * element.visible_px / saved;
+        let is_flattening = saved > 0.0 && flattened < pruned;
         Self {
             cost: if is_flattening { flattened } else { pruned },
             element: index,

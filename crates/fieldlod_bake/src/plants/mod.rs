@@ -7,6 +7,7 @@ pub(crate) mod aggregate;
 pub(crate) mod appearance;
 pub(crate) mod coverage;
 mod curve;
+mod cut_out;
 pub(crate) mod elements;
 pub(crate) mod kits;
 pub(crate) mod picture;

@@ -37,12 +37,7 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     let Some(frame) = Frame::of(subject) else {
         return Ok(());
     };
-    let visible = subject
-        .source_triangles()
-        .iter()
-        .zip(subject.source_corners());
-    let visible = visible.filter(|(triangle, _)| subject.is_visible(triangle));
-    let source: Vec<[Vec3; 3]> = visible.map(|(_, corners)| corners).collect();
+    let source = subject.source_triangles();
     // Levels with pictures of the same size share the pictures of the source.
     let mut sides: Vec<(u32, usize)> = (1..subject.hierarchy.level_count())
         .filter_map(|level| Some((level, frame.side(error_of(subject, level))?)))
@@ -51,12 +46,11 @@ pub(super) fn check(subject: &Subject<'_>, verified: &mut Verified) -> Result<()
     // Only the pictures of one size are in memory at a time.
     for levels in sides.chunk_by(|a, b| a.1 == b.1) {
         let side = levels[0].1;
-        let of_source = frame.pictures(&source, side);
+        let of_source = frame.pictures(subject, source, side);
         let shares = levels.par_iter().map(|&(level, _)| {
             let drawn = subject.triangles_of(&subject.hierarchy.units_at_level(level));
-            let visible = drawn.iter().filter(|own| subject.is_visible(&own.corners));
-            let corners = visible.map(|triangle| subject.corners(triangle.corners));
-            let of_level = frame.pictures(&corners.collect::<Vec<_>>(), side);
+            let drawn: Vec<[u32; 3]> = drawn.iter().map(|triangle| triangle.corners).collect();
+            let of_level = frame.pictures(subject, &drawn, side);
             (level, wrong_share(&of_source, &of_level, side))
         });
         for (level, share) in shares.collect::<Vec<_>>() {
@@ -103,9 +97,14 @@ impl Frame {
         (pixels >= LEAST_SIDE).then(|| 1 << pixels.min(MOST_SIDE).ilog2())
     }
 
-    /// Pictures along each axis, from both ends.
-    fn pictures(&self, triangles: &[[Vec3; 3]], side: usize) -> [[Vec<Shown>; 2]; 3] {
-        [0, 1, 2].map(|axis| self.pictures_along(axis, triangles, side))
+    /// Pictures of triangles along each axis, from both ends.
+    fn pictures(
+        &self,
+        subject: &Subject<'_>,
+        triangles: &[[u32; 3]],
+        side: usize,
+    ) -> [[Vec<Shown>; 2]; 3] {
+        [0, 1, 2].map(|axis| self.pictures_along(axis, subject, triangles, side))
     }
 
     /// Column, row and height in pixels of a point in the picture along an axis, with margins.
@@ -116,19 +115,30 @@ impl Frame {
         (Vec2::new(u, v) + (side + 2 * MARGIN) as f32 * 0.5).extend(p[axis])
     }
 
-    fn pictures_along(&self, axis: usize, triangles: &[[Vec3; 3]], side: usize) -> [Vec<Shown>; 2] {
+    fn pictures_along(
+        &self,
+        axis: usize,
+        subject: &Subject<'_>,
+        triangles: &[[u32; 3]],
+        side: usize,
+    ) -> [Vec<Shown>; 2] {
         let side_with_margin = side + 2 * MARGIN;
         // The nearest front and back faces from both ends of the axis.
         let far = [f32::NEG_INFINITY; 2];
         let mut nearest = vec![[far; 2]; side_with_margin * side_with_margin];
-        for corners in triangles {
+        for triangle in triangles {
+            let corners = subject.corners(*triangle);
             let corners = corners.map(|corner| self.place(corner, axis, side));
             let [a, b, c] = corners.map(Vec3::truncate);
             let faces_up = (b - a).perp_dot(c - a) > 0.0;
             let Some(raster) = Raster::of(corners, side_with_margin) else {
                 continue;
             };
-            raster.each_pixel(|pixel, _, height| {
+            let is_opaque = subject.opacity_test(triangle);
+            raster.each_pixel(|pixel, shares, height| {
+                if !is_opaque(shares) {
+                    return;
+                }
                 let [from_above, from_below] = &mut nearest[pixel];
                 let above = &mut from_above[usize::from(!faces_up)];
                 *above = above.max(height);

@@ -7,6 +7,7 @@ use super::report::VerifySettings;
 use crate::levels::vertices::power_of_two_below;
 use crate::mesh::SourceMesh;
 use crate::mesh::bounds::offset_of;
+use crate::mesh::surface::Surface;
 use crate::mesh::used_vertices::Compact;
 
 /// Distances below this, in scaled units, are rounding.
@@ -81,13 +82,24 @@ impl<'a> Subject<'a> {
             .collect()
     }
 
-    /// Whether the alpha of vertex colours shows any part of a triangle.
-    pub(super) fn is_visible(&self, triangle: &[u32; 3]) -> bool {
-        let colors = &self.hierarchy.vertices.colors;
-        let surface = self.mesh.visible_surface().filter(|_| !colors.is_empty());
-        let is_shown =
-            |v: &u32| surface.is_none_or(|s| s.opacity_of_vertex(colors[*v as usize].w) > 0.0);
-        triangle.iter().any(is_shown)
+    /// Whether the alpha of vertex colours and of the texture shows a point of a triangle, given the weights of its
+    /// corners.
+    pub(super) fn opacity_test(&self, triangle: &[u32; 3]) -> impl Fn(Vec3) -> bool + '_ {
+        let vertices = &self.hierarchy.vertices;
+        let surface = self.mesh.visible_surface();
+        let uses_uvs_1 = surface.and_then(|surface| Some(surface.mapping()?.uses_uvs_1));
+        let uvs = [&vertices.uvs, &vertices.uvs_1][usize::from(uses_uvs_1 == Some(true))];
+        let [a, b, c] = triangle.map(|v| uvs.get(v as usize).copied().unwrap_or_default());
+        let of_vertex = |surface: &Surface, v: u32| {
+            let color = vertices.colors.get(v as usize);
+            color.is_none_or(|color| surface.opacity_of_vertex(color.w) > 0.0)
+        };
+        let is_hidden = |surface| !triangle.iter().any(|&v| of_vertex(surface, v));
+        let is_hidden = surface.is_some_and(|surface| is_hidden(surface));
+        move |shares| {
+            let uv = a * shares.x + b * shares.y + c * shares.z;
+            !is_hidden && surface.is_none_or(|surface| surface.drawn_at(uv).is_some())
+        }
     }
 
     /// The corners of a triangle in scaled units.

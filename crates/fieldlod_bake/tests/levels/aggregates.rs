@@ -106,6 +106,31 @@ fn levels_of_plants_keep_their_covered_area() {
     }
 }
 
+/// Leaves that a texture cuts out of cards become triangles of an opaque texel, with the area of the leaf.
+#[test]
+fn far_leaves_are_opaque_triangles() {
+    let is_leaf = |uv: Vec2| ((uv - 0.5) * Vec2::new(2.2, 4.0)).length_squared() < 1.0;
+    let mut mesh = fixtures::cards(2_000, 3);
+    mesh.surface = Some(Arc::new(fixtures::cut_out(is_leaf)));
+    let hierarchy = bake(&mesh);
+    verify(&mesh, &hierarchy, &VerifySettings::default()).unwrap();
+    let levels = levels(&hierarchy);
+    let uv = |vertex: u32| hierarchy.vertices.uvs[vertex as usize];
+    let source = covered(&hierarchy, &levels[0], is_leaf);
+    for triangles in levels.iter().filter(|triangles| triangles.len() > 100) {
+        let share = covered(&hierarchy, triangles, is_leaf) / source;
+        assert!((0.95..1.05).contains(&share), "{share}");
+    }
+    let far = levels.iter().find(|triangles| triangles.len() < 1_000);
+    for &[a, b, c] in far.unwrap() {
+        assert!(
+            uv(a) == uv(b) && uv(b) == uv(c) && is_leaf(uv(a)),
+            "{:?}",
+            uv(a)
+        );
+    }
+}
+
 /// The alpha of their vertices cuts out three quarters of the leaves.
 #[test]
 fn leaves_that_vertex_alpha_hides_do_not_count() {

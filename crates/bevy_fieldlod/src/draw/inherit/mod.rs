@@ -7,14 +7,15 @@ mod components;
 use bevy::camera::visibility::{NoFrustumCulling, RenderLayers, VisibilityRange};
 use bevy::light::{NotShadowCaster, NotShadowReceiver, TransmittedShadowReceiver};
 use bevy::mesh::MeshTag;
-use bevy::pbr::Lightmap;
 use bevy::pbr::wireframe::{
     NoWireframe, Wireframe, WireframeColor, WireframeLineWidth, WireframeTopology,
 };
+use bevy::pbr::{Lightmap, MaterialExtension};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 
 use crate::api::systems::FieldLodSystems;
+use crate::prepare::bake_material::read_extended_materials;
 use crate::scene::lod_scene::LodScene;
 use changed_components::{renew_units_of_changed, renew_units_of_other_materials};
 pub(crate) use components::InheritedComponents;
@@ -76,6 +77,10 @@ pub trait FieldLodAppExt {
     /// that it draws. Units always inherit materials, render layers, visibility ranges, lightmaps, mesh tags,
     /// wireframes, and the components that control shadows.
     fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self;
+
+    /// Bakes read the base of extended materials, such as those of plants in the wind: they then keep the area of leaves
+    /// that its texture cuts out, and draw far leaves as opaque triangles.
+    fn bake_extended_material<E: MaterialExtension>(&mut self) -> &mut Self;
 }
 
 impl FieldLodAppExt for App {
@@ -86,5 +91,12 @@ impl FieldLodAppExt for App {
         world.init_resource::<InheritedComponents>();
         world.resource_mut::<InheritedComponents>().add(component);
         self.add_systems(PostUpdate, renew_units_of_changed::<C>.in_set(RenewUnits))
+    }
+
+    fn bake_extended_material<E: MaterialExtension>(&mut self) -> &mut Self {
+        self.add_systems(
+            PostUpdate,
+            read_extended_materials::<E>.before(FieldLodSystems::Prepare),
+        )
     }
 }

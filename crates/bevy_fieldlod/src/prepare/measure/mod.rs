@@ -12,6 +12,7 @@ use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes, NotStarted};
 use crate::api::settings::FieldLodCamera;
+use crate::prepare::bake_material::MaterialToBake;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
 use measuring::{MeasureTask, warn_of_unmeasured};
@@ -34,15 +35,15 @@ pub(super) fn any_unmeasured(known: Res<LodMeshes>) -> bool {
 
 /// Starts to measure levels, and drops those that no entity draws.
 pub(super) fn measure_levels(
-    objects: Query<(&LodObject, Option<&MeshMaterial3d<StandardMaterial>>)>,
+    objects: Query<(&LodObject, MaterialToBake)>,
     mut lookup: LodMeshLookup,
     mut scene: ResMut<LodScene>,
 ) {
     let (mut users, mut materials) = (HashMap::new(), HashMap::new());
     for (object, material) in &objects {
         users.entry(object.mesh.id).or_insert(&object.auto_lod);
-        if let Some(material) = material {
-            materials.entry(object.source).or_insert(material.id());
+        if let Some(material) = material.id() {
+            materials.entry(object.source).or_insert(material);
         }
     }
     let material_of = |mesh: AssetId<Mesh>| materials.get(&mesh).copied();

@@ -80,6 +80,13 @@ impl AttributeLayout {
         }
     }
 
+    /// Copies the texture coordinates of a row.
+    pub(crate) fn copy_uvs(&self, row: &mut [f32], from: &[f32]) {
+        for at in [self.uv, self.uv_1].into_iter().flatten() {
+            row[at..at + 2].copy_from_slice(&from[at..at + 2]);
+        }
+    }
+
     /// Number of values in a row.
     pub(crate) fn width(&self) -> usize {
         self.weights.len()

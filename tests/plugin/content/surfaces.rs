@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bevy::asset::RenderAssetUsages;
+use bevy::pbr::{ExtendedMaterial, MaterialExtension};
 use bevy::prelude::*;
-use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
+use bevy::render::render_resource::{AsBindGroup, Extent3d, TextureDimension, TextureFormat};
 use bevy_fieldlod::LodOrigin;
 use bevy_fieldlod::prelude::*;
 use fieldlod_bake::{
@@ -98,14 +99,45 @@ fn baked(
     let cache = set_cache(&mut app, folder);
     let texture = texture(&mut app);
     let material = add(&mut app, material(texture));
+    spawn_cards(&mut app, MeshMaterial3d(material));
+    ready(&mut app, 1);
+    (origins(&app)[0], entries(&cache))
+}
+
+fn spawn_cards(app: &mut App, material: impl Component) {
     let cards = fixtures::cards(300, 3);
     let uvs: Vec<[f32; 2]> = cards.uvs.iter().map(Vec2::to_array).collect();
     let mesh = bevy_mesh(&cards).with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, uvs);
-    let mesh = add(&mut app, mesh);
-    let object = (Mesh3d(mesh), MeshMaterial3d(material), AutoLod::default());
+    let mesh = add(app, mesh);
+    let object = (Mesh3d(mesh), material, AutoLod::default());
     app.world_mut().spawn(object);
-    ready(&mut app, 1);
-    (origins(&app)[0], entries(&cache))
+}
+
+/// An extension of a game, such as wind.
+#[derive(Asset, AsBindGroup, TypePath, Clone, Default)]
+struct Wind {}
+
+impl MaterialExtension for Wind {}
+
+#[test]
+fn bakes_read_the_base_of_extended_materials() {
+    for is_read in [false, true] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut app = app_in(folder.path());
+        let cache = set_cache(&mut app, folder.path());
+        app.init_asset::<ExtendedMaterial<StandardMaterial, Wind>>();
+        if is_read {
+            app.bake_extended_material::<Wind>();
+        }
+        let texture = add(&mut app, image(4, RenderAssetUsages::all()));
+        let base = material(texture);
+        let extension = Wind {};
+        let material = add(&mut app, ExtendedMaterial { base, extension });
+        spawn_cards(&mut app, MeshMaterial3d(material));
+        ready(&mut app, 1);
+        let expected = if is_read { known(4) } else { entry(None) };
+        assert!(entries(&cache) == [expected], "{is_read}");
+    }
 }
 
 /// Sets a cache in `folder`, and returns its path.

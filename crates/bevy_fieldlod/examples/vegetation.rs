@@ -36,6 +36,8 @@ fn main() -> AppExit {
     App::new()
         .add_plugins((common::plugins(), FieldLodPlugin))
         .add_plugins(MaterialPlugin::<WindMaterial>::default())
+        // Bakes read the colours of the base material.
+        .bake_extended_material::<Wind>()
         .add_systems(Startup, setup)
         .run()
 }

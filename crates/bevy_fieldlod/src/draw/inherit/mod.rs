@@ -78,8 +78,9 @@ pub trait FieldLodAppExt {
     /// wireframes, and the components that control shadows.
     fn inherit_in_lod_units<C: Component + Clone>(&mut self) -> &mut Self;
 
-    /// Bakes read the base of extended materials, such as those of plants in the wind: they then keep the area of leaves
-    /// that its texture cuts out, and draw far leaves as opaque triangles.
+    /// Bakes at run time read the base of extended materials, such as those of plants in the wind: levels then keep the
+    /// area of leaves that its texture cuts out, and draw far leaves as opaque triangles. A material is read once. For
+    /// materials of other types, see [`BakeMaterial`](crate::BakeMaterial).
     fn bake_extended_material<E: MaterialExtension>(&mut self) -> &mut Self;
 }
 

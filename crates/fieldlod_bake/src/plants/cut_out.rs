@@ -2,7 +2,17 @@
 //!
 //! Renderers test the alpha once per pixel, at its centre. Under multisampling, a card that covers only a corner of the
 //! pixel is tested outside of it, and a far crown loses most of its leaves. A triangle whose corners all have the texture
-//! coordinates of an opaque texel passes every test. It covers the area of the card's opaque part.
+//! coordinates of an opaque texel passes every test. It covers the area of the card's opaque part, and a card has two.
+//!
+//! 16 trees of the bench `truth` (8 at 24 px), levels at 1 px: triangles a tree, and error from the truth relative to
+//! full detail.
+//!
+//! | radius | cards | opaque triangles |
+//! |---|---|---|
+//! | 3 px | 39, 1.08 | 29, 0.81 |
+//! | 6 px | 219, 0.78 | 130, 0.60 |
+//! | 12 px | 1,581, 1.15 | 868, 0.89 |
+//! | 24 px | 7,183, 1.00 | 3,300, 0.80 |
 
 use std::ops::{Add, Mul};
 

@@ -89,6 +89,7 @@ use bevy::app::PluginGroupBuilder;
 use bevy::prelude::*;
 
 pub use api::auto_lod::{AutoLod, NoLod};
+pub use api::bake_material::BakeMaterial;
 pub use api::config::{AdvancedAppConfig, FieldLodAppConfig, LodKind, LodMemory, LodPriority};
 pub use api::events::{FieldLodEvent, LodError, LodFailed, LodOrigin, LodReady};
 pub use api::levels::LodLevels;
@@ -107,7 +108,6 @@ pub use draw::units::LodUnit;
 pub use fieldlod_bake::{BakeConfig, MeshError};
 pub use fieldlod_hierarchy::BakedFile;
 pub use pages::{FieldLodMemory, FieldLodPagesPlugin};
-pub use prepare::bake_material::BakeMaterial;
 pub use scene::lod_mesh::LodState;
 pub use visible_flux::{FieldLodVisibleFlux, FieldLodVisibleFluxPlugin};
 

@@ -125,10 +125,12 @@ fn bakes_read_the_base_of_extended_materials() {
         let folder = tempfile::tempdir().unwrap();
         let mut app = app_in(folder.path());
         let cache = set_cache(&mut app, folder.path());
-        app.init_asset::<ExtendedMaterial<StandardMaterial, Wind>>();
         if is_read {
             app.bake_extended_material::<Wind>();
+            // The plugin of the material may be missing.
+            app.update();
         }
+        app.init_asset::<ExtendedMaterial<StandardMaterial, Wind>>();
         let texture = add(&mut app, image(4, RenderAssetUsages::all()));
         let base = material(texture);
         let extension = Wind {};

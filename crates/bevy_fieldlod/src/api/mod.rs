@@ -2,6 +2,7 @@
 //! own folders.
 
 pub(crate) mod auto_lod;
+pub(crate) mod bake_material;
 pub(crate) mod config;
 pub mod diagnostics;
 pub(crate) mod events;

@@ -5,7 +5,6 @@
 
 #[cfg(feature = "bake")]
 mod bake;
-pub(crate) mod bake_material;
 mod changing;
 mod collect;
 mod in_preparation;

@@ -12,13 +12,13 @@ use bevy::prelude::*;
 use bevy::world_serialization::{WorldAssetRoot, WorldInstance, WorldInstanceSpawner};
 
 use super::lookup::{Found, LodMeshEntry, LodMeshLookup, LodMeshes};
+use crate::api::bake_material::MaterialToBake;
 use crate::api::config::LodKind;
 use crate::api::events::{LodError, LodFailed, LodReady, asset_path};
 use crate::api::stats::FieldLodProgress;
 use crate::assets::standalone::AwaitsFile;
 use crate::draw::drawn_meshes::DrawnMeshes;
 use crate::draw::gpu_culling::GpuCulling;
-use crate::prepare::bake_material::MaterialToBake;
 use crate::prepare::track::AutoLodLookup;
 use crate::scene::lod_mesh::{LodMesh, LodObject, LodState, LodWaiting};
 

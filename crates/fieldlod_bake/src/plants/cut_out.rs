@@ -5,7 +5,7 @@
 //! coordinates of an opaque texel passes every test. It covers the area of the card's opaque part, and a card has two.
 //!
 //! 16 trees of the bench `truth` (8 at 24 px), levels at 1 px: triangles a tree, and error from the truth relative to
-//! full detail.
+//! full detail. Cards have a flattening cost of 0.7, with which none is flattened.
 //!
 //! | radius | cards | opaque triangles |
 //! |---|---|---|

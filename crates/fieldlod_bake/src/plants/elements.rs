@@ -86,11 +86,11 @@ impl Task<'_> {
         links.add(elements.iter().flat_map(Component::corners).map(first));
         let of_element = |element: &Component| {
             let is_open = element.corners().any(|own| links.is_open(first(own)));
-            match is_open {
-                // The element may be seen from anywhere, and a closed element stays closed.
-                false => Some(Flat::BothSides),
-                true => self.is_leaf_cut_out(element).then_some(Flat::OneSide),
+            if is_open {
+                return self.is_leaf_cut_out(element).then_some(Flat::OneSide);
             }
+            // The element may be seen from anywhere, and a closed element stays closed.
+            Some(Flat::BothSides)
         };
         elements.iter().map(of_element).collect()
     }

@@ -14,8 +14,8 @@ use bevy::pbr::{Lightmap, MaterialExtension};
 use bevy::prelude::*;
 use bevy::render::batching::NoAutomaticBatching;
 
+use crate::api::bake_material::read_extended_materials;
 use crate::api::systems::FieldLodSystems;
-use crate::prepare::bake_material::read_extended_materials;
 use crate::scene::lod_scene::LodScene;
 use changed_components::{renew_units_of_changed, renew_units_of_other_materials};
 pub(crate) use components::InheritedComponents;
@@ -97,7 +97,9 @@ impl FieldLodAppExt for App {
     fn bake_extended_material<E: MaterialExtension>(&mut self) -> &mut Self {
         self.add_systems(
             PostUpdate,
-            read_extended_materials::<E>.before(FieldLodSystems::Prepare),
+            read_extended_materials::<E>
+                .after(FieldLodSystems::Track)
+                .before(FieldLodSystems::Prepare),
         )
     }
 }

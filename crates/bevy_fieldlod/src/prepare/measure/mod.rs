@@ -11,8 +11,8 @@ use bevy::platform::collections::HashMap;
 use bevy::prelude::*;
 
 use super::lookup::{LodMeshEntry, LodMeshLookup, LodMeshes, NotStarted};
+use crate::api::bake_material::MaterialToBake;
 use crate::api::settings::FieldLodCamera;
-use crate::prepare::bake_material::MaterialToBake;
 use crate::scene::lod_mesh::LodObject;
 use crate::scene::lod_scene::LodScene;
 use measuring::{MeasureTask, warn_of_unmeasured};

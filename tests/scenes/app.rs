@@ -245,10 +245,19 @@ impl SceneApp {
         let pending = self.stage.draw(&self.eye);
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
         let triangles = self.triangles();
-        // The picture arrives some frames later. They show the sky, which takes a software adapter no time.
-        let up = Transform::from_translation(pose.translation).looking_to(Vec3::Y, Vec3::X);
-        self.stage.insert(self.eye.entity, up);
+        // The picture arrives some frames later.
+        self.look_up();
         (self.stage.wait(&pending), triangles)
+    }
+
+    /// Turns the camera to the sky, which takes a software adapter no time.
+    ///
+    /// # Panics
+    /// If the camera was despawned.
+    pub fn look_up(&mut self) {
+        let mut camera = self.stage.app.world_mut().entity_mut(self.eye.entity);
+        let mut pose = camera.get_mut::<Transform>().expect("a camera");
+        *pose = pose.looking_to(Vec3::Y, Vec3::X);
     }
 
     /// Triangles that the camera draws: of all meshes in its lists, in its frustum and in their ranges. Shadows are not

@@ -4,12 +4,16 @@
 //! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths, or after `--metres 0,40`.
 //! `--px 1,2,4` selects the thresholds of the plugin, and `--off` draws without multisampling instead of with four
 //! samples, Bevy's default. The distances of hand-made ranges have a common factor, at which their error from the truth is
-//! that of the plugin at its first threshold. `--flux` adds visible flux at the threshold with this error.
+//! that of the plugin at its first threshold. `--flux` adds visible flux at the threshold with this error. `--large` draws
+//! one picture from the path, as large as those of the bench `whole_frame`. `-- walkthrough` draws the walkthrough's path.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
 //! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
 
 mod measure;
+mod path;
+#[path = "../walkthrough.rs"]
+mod walkthrough;
 
 use std::path::Path;
 
@@ -23,16 +27,17 @@ use fieldlod_tests::stage::Stage;
 use measure::{Errors, Linear, SUPERSAMPLED, pictures, rmse};
 
 const SIZE_PX: UVec2 = UVec2::new(320, 180);
+const LARGE_PX: UVec2 = UVec2::new(960, 540);
 /// Steps of a quarter of a pixel.
 const STEPS: u8 = 8;
-/// Pixels per radian at the centre, for Bevy's default field of view of π/4.
+/// Pixels per radian at the centre of small pictures, for Bevy's default field of view of π/4.
 const FOCAL_PX: f32 = 90.0 / 0.414_213_57;
 /// The mean radius of the forest's trees in metres.
 const TREE_RADIUS: f32 = 1.3 * 2.5;
 /// Steps of the search for the factor of distances. Each halves the interval.
 const SEARCH_STEPS: usize = 8;
 
-fn main() {
+fn main() -> Result<(), String> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let size = args.iter().find_map(|arg| arg.parse().ok());
     let scene = args.iter().find_map(|name| Scene::named(name, size));
@@ -46,13 +51,22 @@ fn main() {
             .filter_map(|number| number.parse().ok())
             .collect()
     };
+    let has = |name: &str| args.iter().any(|arg| arg == name);
     let thresholds = list("--px", "1,2");
-    let msaa = if args.iter().any(|arg| arg == "--off") {
+    if has("walkthrough") {
+        return path::compare(&thresholds);
+    }
+    let msaa = if has("--off") {
         Msaa::Off
     } else {
         Msaa::Sample4
     };
-    let places: Vec<(String, Transform)> = if scene.name == "forest" {
+    let (size_px, steps) = if has("--large") {
+        (LARGE_PX, 1)
+    } else {
+        (SIZE_PX, STEPS)
+    };
+    let places: Vec<(String, Transform)> = if scene.name == "forest" && !has("--large") {
         let radii = list("--radii", "3,6,12,24");
         radii.into_iter().map(tree_at).collect()
     } else {
@@ -61,25 +75,22 @@ fn main() {
             .map(|metres| (format!("{metres} m"), scene.pose(metres)))
             .collect()
     };
-    let Some(mut truth) = app(
-        &scene,
-        Method::Full { gpu: false },
-        Msaa::Sample4,
-        SUPERSAMPLED,
-    ) else {
-        return;
+    let full_detail = Method::Full { gpu: false };
+    let supersampled = size_px * SUPERSAMPLED;
+    let Some(mut truth) = app(&scene, full_detail, Msaa::Sample4, supersampled) else {
+        return Ok(());
     };
     println!("{}, {msaa:?}, {}", scene.name, truth.adapter());
     println!(
         "{:<8}{:<16}{:>11}{:>8}{:>8}{:>8}{:>9}",
         "", "", "triangles", "RMSE", "bias", "FLIP", "flicker"
     );
-    let app = |method| app(&scene, method, msaa, 1).expect("there was an adapter");
-    let mut full = app(Method::Full { gpu: false });
+    let app = |method| app(&scene, method, msaa, size_px).expect("there was an adapter");
+    let mut full = app(full_detail);
     let mut plugin = app(Method::auto_lod(1.0));
     let mut ranges = app(Method::Ranges { gpu: false });
     for (place, pose) in places {
-        let poses = steps_from(pose);
+        let poses = steps_from(pose, steps);
         let (truth, _) = pictures(&mut truth, &poses, SUPERSAMPLED);
         keep(&truth[0], &place, "truth");
         measure("full detail", &place, &mut full, &poses, &truth);
@@ -89,7 +100,7 @@ fn main() {
             let name = format!("plugin, {px} px");
             errors.push(measure(&name, &place, &mut plugin, &poses, &truth).rmse);
         }
-        if args.iter().any(|arg| arg == "--flux") {
+        if has("--flux") {
             plugin.set_visible_flux(true);
             let set = SceneApp::set_error_px;
             let px = match_error(&mut plugin, set, errors[0], &poses, &truth);
@@ -102,15 +113,17 @@ fn main() {
         let name = format!("ranges × {:.2}", coarser.recip());
         measure(&name, &place, &mut ranges, &poses, &truth);
     }
+    Ok(())
 }
 
-fn app(scene: &Scene, method: Method, msaa: Msaa, scale: u32) -> Option<SceneApp> {
+fn app(scene: &Scene, method: Method, msaa: Msaa, size_px: UVec2) -> Option<SceneApp> {
     let mut stage = Stage::stock()?;
     if let Method::AutoLod { .. } = method {
         stage.app.add_plugins(FieldLodVisibleFluxPlugin);
     }
-    let mut app = SceneApp::new(stage, scene, method, SIZE_PX * scale, false);
+    let mut app = SceneApp::new(stage, scene, method, size_px, false);
     app.set_msaa(msaa);
+    app.look_up();
     app.wait_for_levels();
     Some(app)
 }
@@ -124,9 +137,9 @@ fn tree_at(radius_px: f32) -> (String, Transform) {
 }
 
 /// Poses that turn by a quarter of a pixel each.
-fn steps_from(pose: Transform) -> Vec<Transform> {
+fn steps_from(pose: Transform, steps: u8) -> Vec<Transform> {
     let turn = |step: u8| Quat::from_rotation_y(f32::from(step) * 0.25 / FOCAL_PX);
-    (0..STEPS)
+    (0..steps)
         .map(|step| pose.with_rotation(pose.rotation * turn(step)))
         .collect()
 }

@@ -119,15 +119,9 @@ pub(crate) struct Errors {
 impl Errors {
     /// The errors of pictures of the same poses as `truth`.
     pub(crate) fn of(pictures: &[Linear], truth: &[Linear]) -> Self {
-        let means = |pictures: &[Linear]| -> Vec<Linear> {
-            pictures
-                .iter()
-                .map(|picture| picture.means(BLOCK))
-                .collect()
-        };
         Self {
             rmse: rmse(pictures, truth),
-            bias: rmse(&means(pictures), &means(truth)),
+            bias: bias(pictures, truth),
             flip: flip_mean(&truth[0].to_picture(), &pictures[0].to_picture()),
             flicker: flicker(pictures, truth),
         }
@@ -150,6 +144,15 @@ pub(crate) fn rmse(pictures: &[Linear], truth: &[Linear]) -> f64 {
         let pixels = picture.encoded().zip(truth.encoded());
         pixels.map(|(a, b)| (a - b) * (a - b))
     }))
+}
+
+/// The same after means over squares of 4 × 4 pixels.
+pub(crate) fn bias(pictures: &[Linear], truth: &[Linear]) -> f64 {
+    let [pictures, truth] = [pictures, truth].map(|pictures| -> Vec<Linear> {
+        let means = pictures.iter().map(|picture| picture.means(BLOCK));
+        means.collect()
+    });
+    rmse(&pictures, &truth)
 }
 
 fn flicker(pictures: &[Linear], truth: &[Linear]) -> f64 {

@@ -13,6 +13,7 @@ const SUPERSAMPLED: u32 = 8;
 
 /// Prints the errors of full detail and of the plugin at each threshold in pixels.
 pub(crate) fn compare(thresholds: &[f32]) -> Result<(), String> {
+    walkthrough::remove_cache()?;
     println!("walkthrough");
     println!("{:<16}{:>11}{:>8}{:>8}", "", "triangles", "RMSE", "bias");
     let (truth, _) = pictures(&["--plain"], SUPERSAMPLED)?;

@@ -5,7 +5,7 @@ use glam::UVec2;
 use crate::measure::{Linear, bias, rmse};
 use crate::walkthrough;
 
-/// The reduced scene on any adapter has this size and number of pictures, and one sample per pixel.
+/// The size and number of the pictures. A software adapter draws the reduced scene with one sample per pixel.
 const SIZE_PX: UVec2 = UVec2::new(800, 450);
 const PICTURES: usize = 12;
 /// Width and height of the target of the truth over those of the pictures.
@@ -14,9 +14,9 @@ const SUPERSAMPLED: u32 = 8;
 /// Prints the errors of full detail and of the plugin at each threshold in pixels.
 pub(crate) fn compare(thresholds: &[f32]) -> Result<(), String> {
     walkthrough::remove_cache()?;
-    println!("walkthrough");
+    let (truth, summary) = pictures(&["--plain"], SUPERSAMPLED)?;
+    println!("walkthrough, quality: {}", summary["quality"]);
     println!("{:<16}{:>11}{:>8}{:>8}", "", "triangles", "RMSE", "bias");
-    let (truth, _) = pictures(&["--plain"], SUPERSAMPLED)?;
     let print = |name: &str, pictures: &[Linear], triangles: f64| {
         let [rmse, bias] = [rmse, bias].map(|error| error(pictures, &truth));
         println!("{name:<16}{triangles:>11.0}{rmse:>8.2}{bias:>8.2}");
@@ -47,7 +47,8 @@ fn pictures(options: &[&str], scale: u32) -> Result<(Vec<Linear>, serde_json::Va
     let summary = walkthrough::draw(folder.path(), &options)?;
     let picture = |number: usize| {
         let file = folder.path().join(format!("frame_{number:03}.png"));
-        let picture = image::open(file).map_err(|error| error.to_string())?;
+        let picture = image::open(&file);
+        let picture = picture.map_err(|error| format!("{}: {error}", file.display()))?;
         Ok(Linear::of(&picture.to_rgba8(), scale))
     };
     let pictures: Result<Vec<Linear>, String> = (0..PICTURES).map(picture).collect();

@@ -8,7 +8,8 @@
 //! one picture from the path, as large as those of the bench `whole_frame`. `-- walkthrough` draws the walkthrough's path.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
-//! linear light. Errors are means over eight steps of a quarter of a pixel. `FIELDLOD_PICTURES=folder` writes pictures.
+//! linear light. Errors of small pictures are means over eight steps of a quarter of a pixel, those of the walkthrough over
+//! its pictures. `FIELDLOD_PICTURES=folder` writes pictures.
 
 mod measure;
 mod path;

@@ -5,7 +5,8 @@
 //! coordinates of an opaque texel passes every test. It covers the area of the card's opaque part, and a card has two.
 //!
 //! 16 trees of the bench `truth` (8 at 24 px), levels at 1 px: triangles a tree, and error from the truth relative to
-//! full detail. Cards have a flattening cost of 0.7, with which none is flattened.
+//! full detail. Cards have a flattening cost of 0.7, with which none is flattened. Both columns allow plants a difference of
+//! 1.875 at 16 px and a spread of 2 pixels.
 //!
 //! | radius | cards | opaque triangles |
 //! |---|---|---|

@@ -182,6 +182,28 @@ fn deferred_rendering_draws_levels_in_every_material() {
     draws_alike(&mut stage, (DepthPrepass, DeferredPrepass));
 }
 
+/// The vertex shader of the example `vegetation` serves all passes. Bevy 0.20 has another shader language.
+#[cfg(not(bevy_0_20))]
+#[test]
+fn wind_draws_levels_in_each_prepass() {
+    use fieldlod_tests::scenes::{wind_material, wind_plugin};
+    let Some(mut stage) = Stage::unfinished() else {
+        return;
+    };
+    stage.app.add_plugins(wind_plugin);
+    stage.finish();
+    let world = stage.app.world_mut();
+    // The wind stands still, so that pictures can be compared.
+    world.resource_mut::<Time<Virtual>>().pause();
+    let bark = wind_material(world, false);
+    (0..6).for_each(|column| add_column(&mut stage, column, MeshMaterial3d(bark.clone())));
+    draws_alike(&mut stage, ());
+    draws_alike(
+        &mut stage,
+        (DepthPrepass, NormalPrepass, MotionVectorPrepass),
+    );
+}
+
 /// Bevy's occlusion culling skips rocks behind a wall, and visible flux draws them coarser. The picture equals that
 /// of visible flux alone.
 #[test]

@@ -3,6 +3,7 @@
 use std::any::TypeId;
 use std::time::{Duration, Instant};
 
+use bevy::anti_alias::taa::TemporalAntiAliasing;
 use bevy::camera::primitives::{Aabb, Frustum};
 use bevy::camera::visibility::{NoCpuCulling, VisibilityRange};
 use bevy::color::palettes::css;
@@ -68,6 +69,8 @@ pub struct SceneApp {
     stage: Stage,
     eye: Eye,
     path: fn(f32) -> Transform,
+    /// Frames of a pose before its picture.
+    frames_before: u8,
 }
 
 /// The distances of a hand-made level before they are scaled.
@@ -116,7 +119,12 @@ impl SceneApp {
         let pose = (scene.path)(0.0);
         let eye = stage.add_eye_of_size(size_px, pose, css::SKY_BLUE.into(), settings);
         let path = scene.path;
-        let mut app = Self { stage, eye, path };
+        let mut app = Self {
+            stage,
+            eye,
+            path,
+            frames_before: 0,
+        };
         app.scale_ranges(scene.range_scale);
         if let Method::AutoLod { .. } = method {
             app.set_active(false);
@@ -195,6 +203,13 @@ impl SceneApp {
         self.stage.insert(self.eye.entity, msaa);
     }
 
+    /// Draws with temporal antialiasing, each picture after `frames` frames of the same pose.
+    pub fn set_taa(&mut self, frames: u8) {
+        self.frames_before = frames;
+        let taa = (Msaa::Off, TemporalAntiAliasing::default());
+        self.stage.insert(self.eye.entity, taa);
+    }
+
     /// Sets the error threshold of the plugin, in pixels.
     pub fn set_error_px(&mut self, error_px: f32) {
         let settings = FieldLodCamera::with_error_px(error_px);
@@ -242,6 +257,7 @@ impl SceneApp {
     pub fn picture_and_triangles(&mut self, pose: Transform) -> (RgbaImage, u64) {
         self.stage.insert(self.eye.entity, pose);
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = true;
+        (0..self.frames_before).for_each(|_| self.stage.app.update());
         let pending = self.stage.draw(&self.eye);
         self.stage.app.world_mut().resource_mut::<Traffic>().stands = false;
         let triangles = self.triangles();

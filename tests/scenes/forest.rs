@@ -20,10 +20,11 @@ const TREE: f32 = 2.5;
 const WIND: Handle<Shader> = uuid_handle!("6bb1ad57-2e0f-4d0a-8f33-0a4b6f3d9c11");
 
 /// Bevy's material, with a vertex shader that moves vertices by their height.
-pub(super) type WindMaterial = ExtendedMaterial<StandardMaterial, Wind>;
+pub type WindMaterial = ExtendedMaterial<StandardMaterial, Wind>;
 
+/// Wind from the side.
 #[derive(Asset, AsBindGroup, Reflect, Clone, Debug)]
-pub(super) struct Wind {
+pub struct Wind {
     /// Displacement at a height of one.
     #[uniform(100)]
     strength: f32,
@@ -40,7 +41,7 @@ impl MaterialExtension for Wind {
 }
 
 /// Adds the material and its shader.
-pub(super) fn wind_plugin(app: &mut App) {
+pub fn wind_plugin(app: &mut App) {
     app.add_plugins(MaterialPlugin::<WindMaterial>::default())
         .bake_extended_material::<Wind>();
     let source = include_str!("../../crates/bevy_fieldlod/examples/assets/wind.wgsl");
@@ -50,7 +51,7 @@ pub(super) fn wind_plugin(app: &mut App) {
 }
 
 /// The material of leaves or of bark.
-pub(super) fn wind_material(world: &mut World, is_leaves: bool) -> Handle<WindMaterial> {
+pub fn wind_material(world: &mut World, is_leaves: bool) -> Handle<WindMaterial> {
     let base = if is_leaves {
         let texture = world.resource_mut::<Assets<Image>>().add(leaf_texture());
         StandardMaterial {

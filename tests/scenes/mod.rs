@@ -16,6 +16,7 @@ use fieldlod_hierarchy::{BakedFile, BakedPrimitive};
 use tempfile::TempDir;
 
 pub use app::{Method, SceneApp};
+pub use forest::{Wind, WindMaterial, wind_material, wind_plugin};
 pub use rocks::rocks;
 
 use levels::PropLevels;

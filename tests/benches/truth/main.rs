@@ -2,10 +2,11 @@
 //!
 //! `cargo bench -p fieldlod_tests --bench truth -- forest 60` draws 60 trees with radii of 3, 6, 12 and 24 pixels;
 //! `--radii 6,12` selects others. Other scenes are drawn from the start of their paths, or after `--metres 0,40`.
-//! `--px 1,2,4` selects the thresholds of the plugin, and `--off` draws without multisampling instead of with four
-//! samples, Bevy's default. The distances of hand-made ranges have a common factor, at which their error from the truth is
-//! that of the plugin at its first threshold. `--flux` adds visible flux at the threshold with this error. `--large` draws
-//! one picture from the path, as large as those of the bench `whole_frame`. `-- walkthrough` draws the walkthrough's path.
+//! `--px 1,2,4` selects the thresholds of the plugin. `--off` draws without multisampling instead of with four samples,
+//! Bevy's default, and `--taa` with temporal antialiasing, nine frames of each pose. The distances of hand-made ranges
+//! have a common factor, at which their error from the truth is that of the plugin at its first threshold. `--flux` adds
+//! visible flux at the threshold with this error. `--large` draws one picture from the path, as large as those of the
+//! bench `whole_frame`. `-- walkthrough` draws the walkthrough's path.
 //!
 //! The truth is full detail in a target with four times the width and height and four samples per pixel, averaged in
 //! linear light. Errors of small pictures are means over eight steps of a quarter of a pixel, those of the walkthrough over
@@ -31,6 +32,8 @@ const SIZE_PX: UVec2 = UVec2::new(320, 180);
 const LARGE_PX: UVec2 = UVec2::new(960, 540);
 /// Steps of a quarter of a pixel.
 const STEPS: u8 = 8;
+/// Frames of a pose before its picture, with temporal antialiasing.
+const FRAMES_BEFORE: u8 = 8;
 /// Pixels per radian at the centre of small pictures, for Bevy's default field of view of π/4.
 const FOCAL_PX: f32 = 90.0 / 0.414_213_57;
 /// The mean radius of the forest's trees in metres.
@@ -81,12 +84,23 @@ fn main() -> Result<(), String> {
     let Some(mut truth) = app(&scene, full_detail, Msaa::Sample4, supersampled) else {
         return Ok(());
     };
-    println!("{}, {msaa:?}, {}", scene.name, truth.adapter());
+    let sampling = if has("--taa") {
+        String::from("TAA")
+    } else {
+        format!("{msaa:?}")
+    };
+    println!("{}, {sampling}, {}", scene.name, truth.adapter());
     println!(
         "{:<8}{:<16}{:>11}{:>8}{:>8}{:>8}{:>9}",
         "", "", "triangles", "RMSE", "bias", "FLIP", "flicker"
     );
-    let app = |method| app(&scene, method, msaa, size_px).expect("there was an adapter");
+    let app = |method| {
+        let mut app = app(&scene, method, msaa, size_px).expect("there was an adapter");
+        if has("--taa") {
+            app.set_taa(FRAMES_BEFORE);
+        }
+        app
+    };
     let mut full = app(full_detail);
     let mut plugin = app(Method::auto_lod(1.0));
     let mut ranges = app(Method::Ranges { gpu: false });

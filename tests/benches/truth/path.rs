@@ -13,7 +13,6 @@ const SUPERSAMPLED: u32 = 8;
 
 /// Prints the errors of full detail and of the plugin at each threshold in pixels.
 pub(crate) fn compare(thresholds: &[f32]) -> Result<(), String> {
-    walkthrough::remove_cache()?;
     let (truth, summary) = pictures(&["--plain"], SUPERSAMPLED)?;
     println!("walkthrough, quality: {}", summary["quality"]);
     println!("{:<16}{:>11}{:>8}{:>8}", "", "triangles", "RMSE", "bias");

@@ -12,20 +12,34 @@
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<uniform> strength: f32;
 
+fn swayed(world_from_local: mat4x4<f32>, position: vec3<f32>, time: f32) -> vec4<f32> {
+    var place = mesh_functions::mesh_position_local_to_world(world_from_local, vec4(position, 1.0));
+    let wave = sin(2.0 * time + place.x + 0.7 * place.z);
+    place.x += strength * max(position.y, 0.0) * wave;
+    return place;
+}
+
 @vertex
 fn vertex(vertex: Vertex) -> VertexOutput {
     var out: VertexOutput;
     let world_from_local = mesh_functions::get_world_from_local(vertex.instance_index);
-    var place = mesh_functions::mesh_position_local_to_world(world_from_local, vec4(vertex.position, 1.0));
-    let wave = sin(2.0 * globals.time + place.x + 0.7 * place.z);
-    place.x += strength * max(vertex.position.y, 0.0) * wave;
+    let place = swayed(world_from_local, vertex.position, globals.time);
     out.world_position = place;
     out.position = position_world_to_clip(place.xyz);
 #ifdef UNCLIPPED_DEPTH_ORTHO_EMULATION
     out.unclipped_depth = out.position.z;
     out.position.z = min(out.position.z, 1.0);
 #endif
-#ifndef PREPASS_PIPELINE
+#ifdef PREPASS_PIPELINE
+#ifdef NORMAL_PREPASS_OR_DEFERRED_PREPASS
+    out.world_normal = mesh_functions::mesh_normal_local_to_world(vertex.normal, vertex.instance_index);
+#endif
+    // The main pass has this name too.
+#ifdef MOTION_VECTOR_PREPASS
+    let previous = mesh_functions::get_previous_world_from_local(vertex.instance_index);
+    out.previous_world_position = swayed(previous, vertex.position, globals.time - globals.delta_time);
+#endif
+#else
     out.world_normal = mesh_functions::mesh_normal_local_to_world(vertex.normal, vertex.instance_index);
 #endif
 #ifdef VERTEX_UVS_A

@@ -12,12 +12,12 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::prepare::source_arrays::SourceArrays;
 
-/// The beginning of the hash that names an entry: the versions of the baker and of the format, and the configuration.
+/// The beginning of the hash that names an entry: the versions of the plugin, the format and the baker, and the configuration.
 pub(super) fn hasher(config: &BakeConfig) -> Xxh3 {
     let mut hasher = Xxh3::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&FORMAT_VERSION.to_le_bytes());
-    hasher.update(&fieldlod_bake::REVISION.to_le_bytes());
+    hasher.update(fieldlod_bake::REVISION.as_bytes());
     hasher.update(format!("{config:?}").as_bytes());
     hasher
 }

@@ -134,7 +134,7 @@ impl Renderer {
     }
 
     /// Runs updates until every mesh has its levels of detail. Returns the elapsed time in seconds. The camera is
-    /// inactive, so that the bakes get all cores.
+    /// inactive, so that bakes do not wait for pictures.
     fn wait_for_levels(&mut self) -> f32 {
         let start = Instant::now();
         let mut last_line = Instant::now();

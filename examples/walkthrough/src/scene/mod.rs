@@ -91,6 +91,8 @@ pub(crate) fn add_to(app: &mut App, args: &Args, quality: &Quality) {
             cache_folder: cache_folder(),
             ..default()
         })
+        // The flight starts when all levels are ready.
+        .insert_resource(LodPriority::LoadingScreen)
         .add_plugins((
             FieldLodPlugin,
             FieldLodVisibleFluxPlugin,

@@ -1,4 +1,4 @@
-//! Every example draws a picture that shows something.
+//! Every example draws a picture that shows something, except the one without a renderer.
 //!
 //! Without an adapter, this test prints a line and passes. It fails if `FIELDLOD_REQUIRE_ADAPTER` is set, as in
 //! continuous integration.
@@ -28,7 +28,7 @@ fn every_example_draws_a_picture() {
     });
 }
 
-/// The examples that are built with the features of this test.
+/// The examples that draw, and are built with the features of this test.
 fn example_names() -> Vec<String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
     let paths = fs::read_dir(folder)
@@ -38,8 +38,22 @@ fn example_names() -> Vec<String> {
     let names = sources.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned());
     let mut names: Vec<_> = names.collect();
     names.retain(|name| cfg!(feature = "debug") || name != "debug_view");
+    names.retain(|name| name != "headless");
     names.sort();
     names
+}
+
+#[test]
+fn the_example_without_a_renderer_selects_coarser_levels_with_distance() {
+    let output = Command::new(program("headless")).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    let drawn = text.lines().filter_map(|line| {
+        let (_, counts) = line.split_once(" m: ")?;
+        counts.split(' ').next()?.parse().ok()
+    });
+    let drawn: Vec<u32> = drawn.collect();
+    assert_eq!(drawn.len(), 3, "{text}");
+    assert!(drawn.is_sorted_by(|near, far| near > far), "{drawn:?}");
 }
 
 /// Runs an example and checks its picture. Returns `false` if there is no adapter.

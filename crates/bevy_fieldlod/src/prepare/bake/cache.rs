@@ -12,7 +12,7 @@ use xxhash_rust::xxh3::Xxh3;
 
 use crate::prepare::source_arrays::SourceArrays;
 
-/// The beginning of the hash that names an entry: the versions of the plugin, the format and the baker, and the configuration.
+/// The beginning of the hash that names an entry: the versions of plugin, format and baker, and the configuration.
 pub(super) fn hasher(config: &BakeConfig) -> Xxh3 {
     let mut hasher = Xxh3::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());

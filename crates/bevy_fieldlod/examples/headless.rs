@@ -1,7 +1,7 @@
 //! Levels of detail without a renderer, as on a server or in a test: levels are selected, and nothing is drawn.
 //!
-//! Run with `cargo run -p bevy_fieldlod --example headless`. It prints the triangles of a ball at three distances, after
-//! lines in which Bevy misses its renderer.
+//! Run with `cargo run -p bevy_fieldlod --example headless`. It prints the triangles of a ball at three distances. Bevy
+//! logs that there is no renderer.
 
 use bevy::camera::RenderTarget;
 use bevy::prelude::*;

@@ -14,6 +14,9 @@ use image::RgbImage;
 /// The message that Bevy prints without an adapter.
 const NO_ADAPTER: &str = "Unable to find a GPU";
 
+/// The example without a renderer.
+const HEADLESS: &str = "headless";
+
 #[test]
 fn every_example_draws_a_picture() {
     let folder = tempfile::tempdir().unwrap();
@@ -38,14 +41,14 @@ fn example_names() -> Vec<String> {
     let names = sources.map(|path| path.file_stem().unwrap().to_string_lossy().into_owned());
     let mut names: Vec<_> = names.collect();
     names.retain(|name| cfg!(feature = "debug") || name != "debug_view");
-    names.retain(|name| name != "headless");
+    names.retain(|name| name != HEADLESS);
     names.sort();
     names
 }
 
 #[test]
-fn the_example_without_a_renderer_selects_coarser_levels_with_distance() {
-    let output = Command::new(program("headless")).output().unwrap();
+fn headless_example_selects_coarser_levels_with_distance() {
+    let output = Command::new(program(HEADLESS)).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     let drawn = text.lines().filter_map(|line| {
         let (_, counts) = line.split_once(" m: ")?;

@@ -88,7 +88,7 @@ mod verify;
 
 /// A hash of the baker's sources. Other sources may give other levels of the same mesh and configuration, so caches of
 /// bakes use it in their keys.
-pub const REVISION: &str = env!("FIELDLOD_BAKE_SOURCES");
+pub const SOURCE_HASH: &str = env!("FIELDLOD_BAKE_SOURCES");
 
 pub use bake::{bake_mesh, bake_mesh_with_report};
 #[cfg(any(test, feature = "test-support"))]

@@ -17,7 +17,7 @@ pub(super) fn hasher(config: &BakeConfig) -> Xxh3 {
     let mut hasher = Xxh3::new();
     hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&FORMAT_VERSION.to_le_bytes());
-    hasher.update(fieldlod_bake::REVISION.as_bytes());
+    hasher.update(fieldlod_bake::SOURCE_HASH.as_bytes());
     hasher.update(format!("{config:?}").as_bytes());
     hasher
 }
